@@ -33,20 +33,17 @@ void hold_standard_descriptors() {
 
 ExitCode run_program(const std::vector<std::string>& arguments) {
     Messages messages;
-    try {
+    Failure end;
+    attempt(end, messages, [&] {
         const ParsedCommandLine parsed = parse_command_line(arguments);
         messages = Messages(parsed.quiet, parsed.verbose);
-        if (parsed.options) {
-            return std::visit([&](const auto& options) { return run_command(options, messages); },
-                              *parsed.options);
-        }
         messages.print(parsed.text);
-        return ExitCode::kOk;
-    } catch (...) {
-        const Failure failure = describe_failure(std::current_exception());
-        messages.error(failure);
-        return failure.code;
-    }
+        if (parsed.options)
+            end.code =
+                std::visit([&](const auto& options) { return run_command(options, messages); },
+                           *parsed.options);
+    });
+    return end.code;
 }
 
 }  // namespace

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <string_view>
 
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/gltf/gltf_animation.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray::app {
 namespace {
@@ -116,6 +118,24 @@ std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Mes
     const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,
                             messages);
     return open_scene(source.scene, options);
+}
+
+void warn_of_numbered_scenes(const std::vector<std::string>& scenes, const Messages& messages) {
+    constexpr const char* kDigits = "0123456789";
+    std::map<std::string, std::size_t> counts;
+    for (const std::string& scene : scenes) {
+        const std::size_t last = scene.find_last_of(kDigits);
+        if (!has_mesh_name(scene) || last < scene.rfind('/') + 1) continue;
+        const std::size_t first = scene.find_last_not_of(kDigits, last) + 1;
+        ++counts[scene.substr(0, first) + '*' + scene.substr(last + 1)];
+    }
+    for (const auto& [pattern, count] : counts)
+        if (count > 1)
+            messages.warn({escape(pattern),
+                           fmt::format("{} files are a scene each and do not move; for an "
+                                       "animation, put the pattern in quotes, which keep it from "
+                                       "the shell",
+                                       count)});
 }
 
 std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,

@@ -15,6 +15,9 @@ namespace mray::app {
 
 std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages);
 
+/// Warns of mesh files whose names differ in a number alone: a shell makes them of a pattern.
+void warn_of_numbered_scenes(const std::vector<std::string>& scenes, const Messages& messages);
+
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
 /// Parses `A`, `A..B` or `A..B:STEP`, with A <= B and STEP > 0 (1), or several of them with commas

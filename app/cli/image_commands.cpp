@@ -2,10 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 
 #include "app/cli/option_groups.h"
-#include "app/terminal/messages.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -160,12 +158,7 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
                      options.html);
             add_json(command, options.json);
             adder.add_quiet(command);
-            return [&options] {
-                const std::initializer_list<std::string> reports = {options.json, options.junit,
-                                                                    options.html};
-                if (std::ranges::count_if(reports, is_stdout) > 1)
-                    refuse("--json, --junit, --html: stdout takes one report");
-            };
+            return kNothing;
         });
 }
 
@@ -240,10 +233,7 @@ void add_profile(CommandAdder& adder) {
                      options.csv);
             add_json(command, options.json);
             adder.add_quiet(command);
-            return [&options] {
-                if (is_stdout(options.json) && is_stdout(options.csv))
-                    refuse("--json, --csv: stdout takes one report");
-            };
+            return kNothing;
         });
 }
 

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "app/animation/frames.h"
 #include "app/commands/commands.h"
 #include "app/view/state.h"
 #include "common/base/errors.h"
@@ -40,6 +41,7 @@ std::vector<std::string> chart_arguments(const ChartOptions& options, bool quiet
 }  // namespace
 
 ExitCode run_command(const ChartOptions& options, const Messages& messages) {
+    warn_of_numbered_scenes(options.scenes, messages);
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();

@@ -1,7 +1,6 @@
 // morphray crosscheck: compares the images of all backends, trees and instruction sets.
-#include <exception>
+#include <algorithm>
 #include <optional>
-#include <span>
 
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
@@ -28,64 +27,61 @@ public:
         : options_(options), messages_(messages), report_(empty_report(options)) {
         if (options.backend.choice != BackendChoice::kVulkan)
             report_["environment"]["simd"] = simd_to_check(options.backend.simd);
+        warn_of_numbered_scenes(options.scenes, messages);
     }
 
     ExitCode run() {
+        Failure end;
         ExitCode code = ExitCode::kOk;
-        try {
+        attempt(end, messages_, [&] {
             for (Json& scene : report_["scenes"]) {
                 const ExitCode one = check(scene);
                 // A scene that could not be opened is worse than one with a missing part.
-                if (code == ExitCode::kOk || (code == ExitCode::kPartial && one != ExitCode::kOk))
+                if (!scene["equal"])
+                    code = ExitCode::kCheckFailed;
+                else if (code == ExitCode::kOk ||
+                         (code == ExitCode::kPartial && one != ExitCode::kOk))
                     code = one;
             }
-            conclude(report_, unfinished_);
-            if (!report_["equal"]) code = ExitCode::kCheckFailed;
-        } catch (...) {
-            const Failure failure = describe_failure(std::current_exception());
-            messages_.error(failure);
-            code = failure.code;
-            report_["error"] = failure.message;
-            conclude(report_, unfinished_.empty() ? failure.message : unfinished_);
-        }
-        return code;
-    }
-
-    void write_reports() const {
-        if (!options_.json.empty()) write_report(options_.json, json_text(report_));
-        if (!options_.junit.empty()) write_report(options_.junit, to_junit(report_));
-        if (!options_.html.empty()) write_report(options_.html, to_html(report_));
-        if (!takes_stdout({options_.json, options_.junit, options_.html}))
-            messages_.print(run_text(report_));
+        });
+        report_["error"] = end.message;
+        conclude(report_, unfinished_.empty() ? end.message : unfinished_);
+        return write_reports(
+            end.code == ExitCode::kOk ? code : end.code, messages_,
+            {{options_.json, [&] { return json_text(report_); }},
+             {options_.junit, [&] { return to_junit(report_); }},
+             {options_.html, [&] { return to_html(report_); }}},
+            [&] { return run_text(report_); }, report_["verdict"]);
     }
 
 private:
     ExitCode check(Json& scene) {
         CrosscheckOptions one = options_;
         one.source.scene = scene["spec"];
-        const std::size_t warned = messages_.warnings().size();
         const auto add_warnings = [&] {
-            const std::span<const std::string> all = messages_.warnings();
-            for (const std::string& warning : all.subspan(warned))
-                scene["warnings"].push_back(warning);
+            for (; warned_ < messages_.warnings().size(); ++warned_)
+                scene["warnings"].push_back(messages_.warnings()[warned_]);
         };
-        ExitCode code = ExitCode::kOk;
         try {
-            code = check_scene(one, scene);
-            scene["complete"] = code == ExitCode::kOk;
+            check_scene(one, scene);
+            scene["complete"] = true;
         } catch (const Error& error) {
             add_warnings();
-            leave(scene, error);
+            const bool is_clear = options_.scenes.size() == 1 ||
+                                  error.kind() == ErrorKind::kBadInput || ends_run(error.kind());
+            const std::string name = is_clear ? "" : one.source.scene + ": ";
+            leave(scene, {error.kind(), name + error.what(), error.hint()});
             if (ends_run(error.kind())) throw;
-            messages_.error(error);
-            return exit_code_of(error.kind());
+            const ExitCode code = exit_code_of(error.kind());
+            messages_.error({scene["error"], code});
+            const bool is_later = code == ExitCode::kBadInput && !scene["rows"].empty();
+            return is_later ? ExitCode::kPartial : code;
         }
         add_warnings();
-        return code;
+        return ExitCode::kOk;
     }
 
-    /// Returns kPartial, after a message, if a frame after the first one cannot be read.
-    ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
+    void check_scene(const CrosscheckOptions& options, Json& report) {
         SceneFrames scene(open_animation(options.source, messages_), warn_by(messages_));
         const Animation& animation = scene.animation();
         report["scene"] = animation.name();
@@ -105,17 +101,15 @@ private:
         Progress progress("comparing", frames.size(), messages_);
         std::uint64_t done = 0;
         for (const double frame : frames) {
-            try {
-                checker.check(frame, progress);
-                progress.update(++done);
-            } catch (const Error& error) {
-                if (error.kind() != ErrorKind::kBadInput || report["rows"].empty()) throw;
-                messages_.error(error);
-                leave(report, error);
-                return ExitCode::kPartial;
-            }
+            checker.check(frame, progress);
+            progress.update(++done);
         }
-        return ExitCode::kOk;
+        const auto has_hits = [](const Json& row) { return row["hits"] > 0; };
+        if (options.query_count > 0 || std::ranges::any_of(report["rows"], has_hits)) return;
+        report["equal"] = false;
+        throw Error(
+            ErrorKind::kBadArgument,
+            "no camera ray hits anything, so nothing was checked; choose --eye and --target");
     }
 
     void leave(Json& scene, const Error& error) {
@@ -131,6 +125,8 @@ private:
     Json report_;
     /// Why the first scene that is not finished is not; empty if all are.
     std::string unfinished_;
+    /// The warnings that a scene of the report has.
+    std::size_t warned_ = 0;
     /// Made for the first scene.
     std::optional<CheckedBackends> backends_;
 };
@@ -139,10 +135,7 @@ private:
 
 ExitCode run_command(const CrosscheckOptions& options, const Messages& messages) {
     check_reports({options.json, options.junit, options.html});
-    Crosscheck crosscheck(options, messages);
-    const ExitCode code = crosscheck.run();
-    crosscheck.write_reports();
-    return code;
+    return Crosscheck(options, messages).run();
 }
 
 }  // namespace mray::app

@@ -1,6 +1,7 @@
 // morphray devices: lists the Vulkan devices, and tests them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "app/backends/backends.h"
@@ -11,40 +12,21 @@
 namespace mray::app {
 namespace {
 
-std::vector<std::optional<morphray::DeviceCheck>> check_all(
-    const std::vector<morphray::VulkanDeviceInfo>& devices) {
-    std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-        if (devices[i].unusable.empty()) checks[i] = check_device(std::to_string(devices[i].index));
-    }
-    return checks;
+Json json_of(const morphray::VulkanDeviceInfo& device,
+             const std::optional<morphray::DeviceCheck>& check) {
+    Json json = of(device);
+    json["memory_bytes"] = device.memory_bytes;
+    json["subgroup_size"] = device.subgroup_size;
+    json["usable"] = device.unusable.empty();
+    json["unusable"] = device.unusable;
+    if (check) json["check"] = {{"passed", check->passed}, {"problem", check->problem}};
+    return json;
 }
 
-std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices,
-                    const std::vector<std::optional<morphray::DeviceCheck>>& checks) {
-    Json json = {{"command", "devices"}};
-    json["devices"] = Json::array();
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-        const morphray::VulkanDeviceInfo& device = devices[i];
-        Json& part = json["devices"].emplace_back(of(device));
-        part["memory_bytes"] = device.memory_bytes;
-        part["subgroup_size"] = device.subgroup_size;
-        part["usable"] = device.unusable.empty();
-        part["unusable"] = device.unusable;
-        if (!checks[i]) continue;
-        part["check"] = {{"passed", checks[i]->passed}, {"problem", checks[i]->problem}};
-    }
-    return json_text(json);
-}
-
-ExitCode exit_code_of(const std::vector<std::optional<morphray::DeviceCheck>>& checks) {
-    ExitCode code = ExitCode::kOk;
-    for (const std::optional<morphray::DeviceCheck>& check : checks) {
-        if (!check || check->passed) continue;
-        if (check->code == morphray::ErrorCode::device_lost) return ExitCode::kDeviceLost;
-        code = ExitCode::kUnavailable;
-    }
-    return code;
+ExitCode exit_code_of(const morphray::DeviceCheck& check) {
+    if (check.passed) return ExitCode::kOk;
+    return check.code == morphray::ErrorCode::device_lost ? ExitCode::kDeviceLost
+                                                          : ExitCode::kUnavailable;
 }
 
 std::string text_of(const morphray::VulkanDeviceInfo& device,
@@ -68,17 +50,28 @@ std::string text_of(const morphray::VulkanDeviceInfo& device,
 }  // namespace
 
 ExitCode run_command(const DevicesOptions& options, const Messages& messages) {
-    if (options.checks && is_check_child()) return exit_code_of({check_device({})});
+    if (options.checks && is_check_child()) return exit_code_of(check_device({}));
     check_reports({options.json});
-    const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
-    std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
-    if (options.checks) checks = check_all(devices);
-    if (!options.json.empty()) write_report(options.json, to_json(devices, checks));
-    if (takes_stdout({options.json})) return exit_code_of(checks);
+    Json json = {{"command", "devices"}, {"error", ""}, {"devices", Json::array()}};
     std::string text;
-    for (std::size_t i = 0; i < devices.size(); ++i) text += text_of(devices[i], checks[i]);
-    messages.print(text);
-    return exit_code_of(checks);
+    Failure failure;
+    std::optional<ExitCode> worst;
+    attempt(failure, messages, [&] {
+        for (const morphray::VulkanDeviceInfo& device : vulkan_devices()) {
+            std::optional<morphray::DeviceCheck> check;
+            if (options.checks && device.unusable.empty()) {
+                check = check_device(std::to_string(device.index));
+                worst = std::max(worst.value_or(ExitCode::kOk), exit_code_of(*check));
+            }
+            json["devices"].push_back(json_of(device, check));
+            text += text_of(device, check);
+        }
+        if (options.checks && !worst)
+            throw Error(ErrorKind::kUnavailable, "Vulkan: no device can be used");
+    });
+    json["error"] = failure.message;
+    return write_reports(std::max(worst.value_or(ExitCode::kOk), failure.code), messages,
+                         {{options.json, [&] { return json_text(json); }}}, [&] { return text; });
 }
 
 }  // namespace mray::app

@@ -74,10 +74,10 @@ std::string describe_images(const std::vector<FrameDifference>& images) {
 std::string summary(const std::vector<FrameDifference>& images, const std::string& shape) {
     std::uint64_t pixels = 0;
     for (const FrameDifference& difference : images) pixels += difference.total();
-    if (pixels == 0) return fmt::format("{}: equal bit by bit\n", shape);
+    if (pixels == 0) return fmt::format("{}: equal bit by bit", shape);
     const auto differing = std::ranges::count_if(
         images, [](const FrameDifference& difference) { return difference.total() != 0; });
-    return fmt::format("{}: {} pixel{} of {} image{} differ{}\n", shape, pixels,
+    return fmt::format("{}: {} pixel{} of {} image{} differ{}", shape, pixels,
                        pixels == 1 ? "" : "s", differing, differing == 1 ? "" : "s",
                        pixels == 1 ? "s" : "");
 }
@@ -97,10 +97,12 @@ ExitCode run_command(const DiffOptions& options, const Messages& messages) {
         throw_if_interrupted();
         images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
     }
-    messages.print(describe_images(images) + summary(images, shape_of(actual)));
+    const std::string verdict = summary(images, shape_of(actual));
     const bool equal = std::ranges::all_of(
         images, [](const FrameDifference& difference) { return difference.total() == 0; });
-    return equal ? ExitCode::kOk : ExitCode::kCheckFailed;
+    return write_reports(
+        equal ? ExitCode::kOk : ExitCode::kCheckFailed, messages, {},
+        [&] { return describe_images(images) + verdict + '\n'; }, verdict);
 }
 
 }  // namespace mray::app

@@ -189,9 +189,9 @@ ExitCode run_command(const InfoOptions& options, const Messages& messages) {
         return ExitCode::kOk;
     }
     const Json report = describe_scene(options, messages);
-    if (!options.json.empty()) write_report(options.json, json_text(report));
-    if (!takes_stdout({options.json})) messages.print(scene_text_of(report));
-    return ExitCode::kOk;
+    return write_reports(ExitCode::kOk, messages,
+                         {{options.json, [&] { return json_text(report); }}},
+                         [&] { return scene_text_of(report); });
 }
 
 }  // namespace mray::app

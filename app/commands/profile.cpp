@@ -138,13 +138,6 @@ std::string measured_options(const ProfileOptions& options) {
     return shell_line(line);
 }
 
-Json empty_report(const ProfileOptions& options, const Animation& animation) {
-    Json report = profile_head(options, animation);
-    report["options"] = measured_options(options);
-    report["frames"] = Json::array();
-    return report;
-}
-
 Json backends_of(const Json& frames) {
     Json backends = Json::array();
     for (const Json& first : frames) {
@@ -246,7 +239,9 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
     const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
                                                      scene.animation(), DefaultFrames::kFew);
-    Json report = empty_report(options, scene.animation());
+    Json report = profile_head(options, scene.animation());
+    report["options"] = measured_options(options);
+    report["frames"] = Json::array();
     std::optional<Json> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
     if (!options.baseline.empty()) {
@@ -256,23 +251,24 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
         baseline = read_baseline(options.baseline, report, backends, frames);
     }
     measure(options, scene, frames, choices, messages, report);
-    if (!options.json.empty()) write_report(options.json, json_text(report));
-    if (!options.csv.empty()) write_report(options.csv, table_of(report["frames"]).csv());
-    const bool has_stdout = !takes_stdout({options.json, options.csv});
-    if (has_stdout) {
+    BaselineComparison comparison;
+    if (baseline)
+        comparison =
+            compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
+    const auto text = [&] {
         const Json backends = backends_of(report["frames"]);
-        messages.print(fmt::format(
+        return fmt::format(
             "{}\n\nmedians of {} run{} and {} frame{} in ms; update: upload and refit; new\n"
             "trace: in the tree that a rebuild makes; SAH ratio: estimated cost of a ray in\n"
-            "the refitted tree over that in the new one\n{}",
+            "the refitted tree over that in the new one\n{}{}",
             wrapped(sentence_of(backends)), *options.repeat, *options.repeat == 1 ? "" : "s",
-            frames.size(), frames.size() == 1 ? "" : "s", table_of(backends).text()));
-    }
-    if (!baseline) return ExitCode::kOk;
-    const BaselineComparison comparison =
-        compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
-    if (has_stdout) messages.print(comparison.text);
-    return comparison.is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
+            frames.size(), frames.size() == 1 ? "" : "s", table_of(backends).text(),
+            comparison.text);
+    };
+    return write_reports(comparison.is_slower ? ExitCode::kCheckFailed : ExitCode::kOk, messages,
+                         {{options.json, [&] { return json_text(report); }},
+                          {options.csv, [&] { return table_of(report["frames"]).csv(); }}},
+                         text, comparison.verdict);
 }
 
 }  // namespace mray::app

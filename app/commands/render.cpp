@@ -87,13 +87,13 @@ public:
         report_ = head_of("render", animation);
         report_["width"] = view.width;
         report_["height"] = view.height;
-        for (const char* key : {"backend", "device"}) report_[key] = "";
+        for (const char* key : {"backend", "device", "error"}) report_[key] = "";
         report_["rays"] = rays_text(options);
         report_["shading"] = name_in<Shading>(kShadings, options.image.shading.shading);
         report_["samples"] = options.image.shading.samples;
         report_["complete"] = false;
         for (const char* key : {"frames", "kept"}) report_[key] = Json::array();
-        prints_rows_ = !takes_stdout({options.json});
+        prints_rows_ = !is_stdout(options.json);
         std::size_t frame_width = 0;
         for (const FrameTask& task : tasks)
             frame_width = std::max(frame_width, fmt::format("{}", task.frame).size());
@@ -145,16 +145,17 @@ public:
         const std::uint64_t scene_hash = frame_hash(animation_hash_, scene_->positions());
         if (next) scene_->prepare(*next);
         // The one that is written is the other.
-        morphray::Image& traced = traced_[report_["frames"].size() % traced_.size()];
+        morphray::Image& traced = traced_[finished() % traced_.size()];
         scene_->render(options_.image.view, options_.image.shading, traced);
         const Json report = json_of(*scene_, tasks_[i], traced, !options_.json.empty());
-        report_["frames"].push_back(report);
         wait();
-        writing_ =
-            std::async(std::launch::async, [this, i, scene_hash, &traced, row = row_of(report)] {
-                write(i, scene_hash, traced);
-                if (prints_rows_) messages_.print(std::exchange(header_, {}) + row);
-            });
+        writing_ = std::async(std::launch::async,
+                              [this, i, scene_hash, &traced, report, row = row_of(report)] {
+                                  write(i, scene_hash, traced);
+                                  if (prints_rows_)
+                                      messages_.print(std::exchange(header_, {}) + row);
+                                  return report;
+                              });
         // Memory should not hold several images that are large.
         constexpr std::uint64_t kLargePixels = 9 << 20;
         if (pixel_count(options_) > kLargePixels) wait();
@@ -162,21 +163,29 @@ public:
 
     /// Waits until all images are written. Throws the error of the last one.
     void wait() {
-        if (writing_.valid()) writing_.get();
+        if (writing_.valid()) report_["frames"].push_back(writing_.get());
     }
 
     /// Images that are there, or will be after wait().
-    std::size_t finished() const { return report_["frames"].size() + kept(); }
+    std::size_t finished() const { return report_["frames"].size() + writing_.valid() + kept(); }
     std::size_t kept() const { return report_["kept"].size(); }
 
-    void finish(bool complete) {
-        wait();
-        report_["complete"] = complete;
-        if (hits_) call_library([&] { hits_->write(options_.hits); });
-        if (!options_.json.empty()) write_report(options_.json, json_text(report_));
-        if (prints_rows_ && kept() > 0)
-            messages_.print(fmt::format("{} image{} of an earlier run kept in {}\n", kept(),
-                                        kept() == 1 ? "" : "s", folder_.string()));
+    /// `failure` is what ended the rendering. Returns the code of the command.
+    ExitCode finish(Failure failure) {
+        // Frames before one that cannot be read are kept.
+        if (failure.code == ExitCode::kBadInput && finished() > 0)
+            failure.code = ExitCode::kPartial;
+        attempt(failure, messages_, [&] { wait(); });
+        if (hits_ && (failure.code == ExitCode::kOk || failure.code == ExitCode::kPartial))
+            attempt(failure, messages_,
+                    [&] { call_library([&] { hits_->write(options_.hits); }); });
+        report_["complete"] = failure.code == ExitCode::kOk;
+        report_["error"] = failure.message;
+        const std::string text = fmt::format("{} image{} of an earlier run kept in {}\n", kept(),
+                                             kept() == 1 ? "" : "s", folder_.string());
+        return write_reports(failure.code, messages_,
+                             {{options_.json, [&] { return json_text(report_); }}},
+                             [&] { return kept() > 0 ? text : ""; });
     }
 
 private:
@@ -225,7 +234,7 @@ private:
     /// The image that is traced, and the one that is written.
     std::array<morphray::Image, 2> traced_;
     /// Ends before what it uses.
-    std::future<void> writing_;
+    std::future<Json> writing_;
 };
 
 /// Refuses images whose samples are beyond what an image may have, though its pixels are not.
@@ -261,35 +270,30 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     if (!options.image.tree.build_at) options.image.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, *animation);
     const std::filesystem::path folder = output_folder_of(options);
+    std::vector<std::string> outputs = {options.json, options.hits};
+    for (const FrameTask& task : tasks) outputs.push_back(folder / task.file);
+    require_distinct(outputs);
     require_view(options.image.view, *animation);
     Renderer renderer(options, *animation, tasks, folder, messages);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
-    ExitCode code = ExitCode::kOk;
+    Failure failure;
     Progress progress("rendering", left.size(), messages);
     progress.begin("tree");
     if (!left.empty()) renderer.open(tasks[left.front()].frame);
     // Before the reports, which may be in it.
     make_output_folder(folder);
     check_reports({options.json, options.hits});
-    for (std::size_t done = 0; done < left.size(); ++done) {
-        throw_if_interrupted();
-        try {
+    attempt(failure, messages, [&] {
+        for (std::size_t done = 0; done < left.size(); ++done) {
+            throw_if_interrupted();
             const bool is_last = done + 1 == left.size();
             renderer.render(left[done],
                             is_last ? std::nullopt : std::optional(tasks[left[done + 1]].frame),
                             progress);
-        } catch (const Error& error) {
-            // Frames before one that cannot be read are kept.
-            if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
-            renderer.wait();
-            messages.error(error);
-            code = ExitCode::kPartial;
-            break;
+            progress.update(done + 1);
         }
-        progress.update(done + 1);
-    }
-    renderer.finish(code == ExitCode::kOk);
-    return code;
+    });
+    return renderer.finish(failure);
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ std::string message_of(const Error& error);
 struct Failure {
     /// One line, which says what to do.
     std::string message;
-    ExitCode code = ExitCode::kInternal;
+    ExitCode code = ExitCode::kOk;
 };
 
 Failure describe_failure(const std::exception_ptr& failure);

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <exception>
+#include <filesystem>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "app/terminal/failure.h"
@@ -56,10 +59,6 @@ void Messages::error(const Failure& failure) const {
     const bool begins_with_file =
         failure.code == ExitCode::kBadInput || failure.code == ExitCode::kOutput;
     write_line(begins_with_file ? "" : kProgram, failure.message);
-}
-
-void Messages::error(const Error& error) const {
-    this->error(Failure{message_of(error), exit_code_of(error.kind())});
 }
 
 void Messages::warn(const Warning& warning) const {
@@ -114,16 +113,48 @@ void write_report(const std::string& file, std::string_view text) {
     write_file(file == "-" ? kStdout : file, text);
 }
 
-void check_reports(std::initializer_list<std::string> files) {
+void take_exception(Failure& failure, const Messages& messages) {
+    const Failure now = describe_failure(std::current_exception());
+    messages.error(now);
+    if (failure.code == ExitCode::kOk || failure.code == ExitCode::kPartial) failure = now;
+}
+
+ExitCode write_reports(ExitCode work, const Messages& messages,
+                       std::initializer_list<Report> reports,
+                       const std::function<std::string()>& text, const std::string& verdict) {
+    Failure failure{{}, work};
+    bool is_shown = true;
+    for (const auto& [file, make_text] : reports) {
+        if (file.empty()) continue;
+        is_shown = is_shown && !is_stdout(file);
+        attempt(failure, messages, [&] { write_report(file, make_text()); });
+    }
+    if (is_shown) attempt(failure, messages, [&] { messages.print(text()); });
+    if (work == ExitCode::kCheckFailed && (messages.quiet() || !is_shown))
+        messages.error({verdict, work});
+    return failure.code;
+}
+
+void require_distinct(const std::vector<std::string>& files) {
+    namespace fs = std::filesystem;
+    std::set<fs::path> places;
+    for (const std::string& file : files) {
+        std::error_code error;
+        if (file.empty() || (fs::is_other(file, error) && !is_stdout(file))) continue;
+        const fs::path place = is_stdout(file) ? "-" : fs::absolute(file, error).lexically_normal();
+        if (!places.insert(place).second)
+            throw Error(ErrorKind::kBadArgument,
+                        "two outputs go to {}; a file or stdout takes one report", quote(file));
+    }
+}
+
+void check_reports(const std::vector<std::string>& files) {
+    require_distinct(files);
     for (const std::string& file : files) {
         if (!file.empty() && file != "-") check_writable(file);
     }
 }
 
 bool is_stdout(std::string_view file) { return file == "-" || file == kStdout; }
-
-bool takes_stdout(std::initializer_list<std::string> files) {
-    return std::any_of(files.begin(), files.end(), is_stdout);
-}
 
 }  // namespace mray::app

@@ -2,15 +2,18 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/errors.h"
 
 namespace mray::app {
 
+enum class ExitCode : int;
 struct Failure;
 
 /// All members may be called from any thread, warnings() while no other one warns.
@@ -21,7 +24,6 @@ public:
 
     /// Writes a line to stderr, with "morphray: " unless it begins with a file. Ignores failures.
     void error(const Failure& failure) const;
-    void error(const Error& error) const;
     void warn(const Warning& warning) const;
     /// All warnings so far, each as the line that was written without the program's name.
     const std::vector<std::string>& warnings() const { return warnings_; }
@@ -63,12 +65,34 @@ private:
 /// Writes to the file, or to stdout for "-". Throws Error(kOutput).
 void write_report(const std::string& file, std::string_view text);
 
-/// check_writable for each that is neither empty nor "-".
-void check_reports(std::initializer_list<std::string> files);
+void take_exception(Failure& failure, const Messages& messages);
+
+/// Calls work(). What it throws is an error message, and replaces a failure of kOk or kPartial.
+template <class Work>
+void attempt(Failure& failure, const Messages& messages, const Work& work) {
+    try {
+        work();
+    } catch (...) {
+        take_exception(failure, messages);
+    }
+}
+
+/// The file, empty if none is wanted, and what makes its text.
+using Report = std::pair<std::string, std::function<std::string()>>;
+
+/// Attempts all reports, and to print the text, unless a report takes stdout. If that hides the
+/// text of a failed check, stderr has its verdict. Returns the code of work and reports.
+ExitCode write_reports(ExitCode work, const Messages& messages,
+                       std::initializer_list<Report> reports,
+                       const std::function<std::string()>& text, const std::string& verdict = {});
+
+/// Throws Error(kBadArgument) if two of the outputs have one place. Devices take any number.
+void require_distinct(const std::vector<std::string>& files);
+/// require_distinct, and check_writable for each that is neither empty nor "-".
+void check_reports(const std::vector<std::string>& files);
 
 /// Whether the report takes stdout: "-" or /dev/stdout.
 bool is_stdout(std::string_view file);
-bool takes_stdout(std::initializer_list<std::string> files);
 
 /// Passes warnings on to messages, which must outlive it.
 inline WarnFunction warn_by(const Messages& messages) {

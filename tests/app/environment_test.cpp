@@ -69,6 +69,18 @@ TEST(Environment, MissingVulkanIsUnavailable) {
     }
 }
 
+TEST(Environment, DevicesWritesItsReportWithoutVulkanToo) {
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"devices", "--json", "-"},
+          std::vector<std::string>{"devices", "--check", "--json", "-"}}) {
+        const Outcome outcome = run(command, kNoDriver);
+        EXPECT_EQ(outcome.code, 4) << outcome.err;
+        const auto json = nlohmann::json::parse(outcome.out);
+        EXPECT_TRUE(json["devices"].empty());
+        EXPECT_TRUE(json["error"].get<std::string>().starts_with("Vulkan: "));
+    }
+}
+
 TEST(Environment, ABadSceneIsBadInputOnAMachineWithoutVulkanToo) {
     TemporaryFolder folder;
     const std::string bad = folder.write("bad.obj", "v 0 0 0\nf 1 2 3\n");

@@ -76,6 +76,62 @@ TEST(Output, FullDiskIsAnError) {
                         "/dev/full: ");
 }
 
+TEST(Output, OneReportThatCannotBeWrittenLosesNoOther) {
+    TemporaryFolder folder;
+    const auto expect_rest = [&](std::vector<std::string> command, const std::string& begins,
+                                 const std::vector<std::string>& files) {
+        command.insert(command.end(), {"--json", "/dev/full"});
+        const Outcome outcome = run(command);
+        expect_output_error(outcome, "/dev/full: ");
+        EXPECT_TRUE(outcome.out.starts_with(begins)) << command[0] << ": " << outcome.out;
+        for (const std::string& file : files) EXPECT_FALSE(read_file(file).empty()) << file;
+    };
+    const std::vector<std::string> names = {folder.file("r.xml"), folder.file("r.html"),
+                                            folder.file("t.csv"), folder.file("p.csv"),
+                                            folder.file("hits")};
+    expect_rest({"crosscheck", "builtin:cloth:200", "--backend", "cpu", "--simd", "off", "--size",
+                 "8x8", "--frames", "0", "--junit", names[0], "--html", names[1]},
+                "variant", {names[0], names[1]});
+    expect_rest({"profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--frames",
+                 "0", "--repeat", "1", "--csv", names[2]},
+                "refit", {names[2]});
+    expect_rest({"profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--frames",
+                 "0..1", "--repeat", "1", "--policies", "refit", "--csv", names[3]},
+                "quickest", {names[3]});
+    expect_rest(render(folder, {"--hits", names[4]}), "frame", {names[4]});
+    expect_rest({"info", "builtin:cloth:200"}, "scene", {});
+}
+
+TEST(Output, APlotThatCannotBeDrawnLosesNoReport) {
+    TemporaryFolder folder;
+    const Outcome outcome = run({"profile", "builtin:cloth:200", "--backend", "cpu", "--size",
+                                 "8x8", "--frames", "0..1", "--repeat", "1", "--policies", "refit",
+                                 "--plot", folder.file("p.svg"), "--csv", folder.file("p.csv")},
+                                {.environment = {"TMPDIR=/none"}});
+    if (outcome.code == 4) GTEST_SKIP() << "without gnuplot";
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_NE(outcome.err.find("set TMPDIR"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"p.csv"});
+}
+
+TEST(Output, TwoOutputsToOnePlaceAreRefused) {
+    TemporaryFolder folder;
+    const std::string one = folder.file("one.png");
+    const std::string same = folder.file("none/../one.png");
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"crosscheck", "none.obj", "--json", one, "--junit", same},
+          std::vector<std::string>{"crosscheck", "none.obj", "--json", "-", "--html", "-"},
+          std::vector<std::string>{"profile", "none.obj", "--csv", one, "--json", same},
+          std::vector<std::string>{"profile", "none.obj", "--csv", "-", "--json", "/dev/stdout"},
+          render(folder, {"--json", one, "--hits", one}),
+          render(folder, {"--json", folder.file("out/frame_0001.png")})}) {
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 2) << outcome.err;
+        EXPECT_NE(outcome.err.find("two outputs go to "), std::string::npos) << outcome.err;
+        EXPECT_TRUE(folder.names().empty());
+    }
+}
+
 TEST(Output, FullStdoutIsAnError) {
     TemporaryFolder folder;
     expect_output_error(run({"info"}, {.stdout_to = "/dev/full"}), "/dev/stdout: ");

@@ -3,6 +3,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "tests/app/program.h"
@@ -47,11 +48,21 @@ std::vector<std::string> long_frame(const std::string& out) {
 
 TEST(Signals, InterruptKeepsWholeFramesOnly) {
     TemporaryFolder folder;
-    Started render(long_render(folder.file("out")));
+    const TemporaryFolder reports;
+    std::vector<std::string> line = long_render(folder.file("out"));
+    line.insert(line.end(), {"--json", reports.file("r.json")});
+    Started render(line);
     wait_for(folder.path() / "out/frame_0000.00000.png");
     render.send(SIGINT);
     const Outcome outcome = render.wait();
     EXPECT_EQ(outcome.code, 130);
+    // The report is about the images that are there.
+    const auto json = nlohmann::json::parse(read_file(reports.file("r.json")));
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(json["error"], "interrupted; finished results are kept");
+    EXPECT_FALSE(json["frames"].empty());
+    for (const auto& frame : json["frames"])
+        EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / std::string(frame["file"])));
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0024.00000.png"));
     expect_whole_images_only(folder);

@@ -89,10 +89,10 @@ BaselineComparison compare_with_baseline(const std::string& file, const Json& ba
                 slower += fmt::format("{}{} on {}", slower.empty() ? "" : ", ", stage, backend);
         }
     }
-    return {fmt::format("\nmedians of all frames together\n{}more than {}% slower than in {} "
-                        "(morphray {}): {}\n",
-                        table.text(), tolerance_percent, escape(file),
-                        baseline.value("version", ""), slower.empty() ? "none" : slower),
+    const std::string verdict =
+        fmt::format("more than {}% slower than in {} (morphray {}): {}", tolerance_percent,
+                    escape(file), baseline.value("version", ""), slower.empty() ? "none" : slower);
+    return {fmt::format("\nmedians of all frames together\n{}{}\n", table.text(), verdict), verdict,
             !slower.empty()};
 }
 

@@ -24,6 +24,8 @@ Json read_baseline(const std::string& file, const Json& report,
 struct BaselineComparison {
     /// The medians and spreads of both runs side by side, and the stages that became slower.
     std::string text;
+    /// The last line of the text.
+    std::string verdict;
     bool is_slower = false;
 };
 

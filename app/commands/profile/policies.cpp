@@ -13,7 +13,6 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
-#include "common/base/output_file.h"
 #include "common/report/plot.h"
 #include "common/report/spread.h"
 #include "common/report/table.h"
@@ -215,8 +214,8 @@ std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
     return panels;
 }
 
-void plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
-                   const std::string& file) {
+std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
+                          const std::string& file) {
     const auto text = [&](const char* key) { return report[key].dump(); };
     const plot::Figure figure{
         .title = policies_sentence(report["policies"]),
@@ -227,8 +226,7 @@ void plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
                 ? "one round"
                 : fmt::format("medians of {} rounds, bands between quartiles", text("repeat"))),
         .panels = panels_of(runs)};
-    write_file(
-        file, plot::draw(figure, frames_table(runs).csv(), file.ends_with(".png") ? "png" : "svg"));
+    return plot::draw(figure, frames_table(runs).csv(), file.ends_with(".png") ? "png" : "svg");
 }
 
 void require_plotter(const std::string& file) {
@@ -278,11 +276,12 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     Json report = profile_head(options, scene.animation());
     report["policies"] = Json::array();
     for (const PolicyRun& run : runs) report["policies"].push_back(policy_json(run));
-    if (!options.json.empty()) write_report(options.json, json_text(report));
-    if (!options.csv.empty()) write_report(options.csv, frames_table(runs).csv());
-    if (!options.plot.empty()) plot_policies(report, runs, options.plot);
-    if (!takes_stdout({options.json, options.csv})) messages.print(summary_of(report));
-    return ExitCode::kOk;
+    return write_reports(
+        ExitCode::kOk, messages,
+        {{options.json, [&] { return json_text(report); }},
+         {options.csv, [&] { return frames_table(runs).csv(); }},
+         {options.plot, [&] { return plot_policies(report, runs, options.plot); }}},
+        [&] { return summary_of(report); });
 }
 
 }  // namespace mray::app

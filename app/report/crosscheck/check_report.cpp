@@ -138,6 +138,8 @@ void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImag
                 {"rays", name_of_rays(image.rays)},
                 {"reference", image.reference},
                 {"equal", difference.total() == 0 && hits[0] == hits[1] && pixels[0] == pixels[1]},
+                {"hits", std::ranges::count_if(
+                             expected.hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; })},
                 {"differences", of(difference)},
                 {"expected_hits_hash", hash_text(hits[0])},
                 {"hits_hash", hash_text(hits[1])},
@@ -186,7 +188,10 @@ void conclude(Json& report, const std::string& unfinished) {
     std::size_t all = 0;
     std::size_t differing = 0;
     std::string first;
-    for (const Json& scene : report["scenes"]) {
+    bool equal = true;
+    for (Json& scene : report["scenes"]) {
+        equal = equal && scene["equal"];
+        if (scene["rows"].empty()) scene["equal"] = false;
         for (const char* list : kResults) {
             all += scene[list].size();
             differing += count_differing(scene[list]);
@@ -205,7 +210,7 @@ void conclude(Json& report, const std::string& unfinished) {
         verdict =
             fmt::format("equal: {} comparisons of {} scene{}", all, scenes, scenes == 1 ? "" : "s");
     report["verdict"] = verdict;
-    report["equal"] = differing == 0;
+    report["equal"] = equal && all > 0;
     report["complete"] = unfinished.empty();
 }
 

@@ -58,7 +58,8 @@ inline constexpr const char* kResults[] = {"rows", "trees", "queries"};
 std::size_t count_differing(const Json& results);
 
 /// Sets "verdict", "equal" and "complete", such as "equal: 144 comparisons of 3 scenes".
-/// `unfinished` says why a scene was not finished; empty if all were.
+/// `unfinished` says why a scene was not finished; empty if all were. What has no comparison is
+/// not "equal".
 void conclude(Json& report, const std::string& unfinished);
 
 /// Everything about the scenes that were begun, one after the other, and the verdict.

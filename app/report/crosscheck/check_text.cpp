@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 
 #include "app/report/crosscheck/check_report.h"
@@ -78,8 +79,7 @@ std::string case_of(const std::string& group, const std::string& name, const std
     return text + "</testcase>\n";
 }
 
-std::string suite_of(const Json& report, const Json& scene) {
-    const std::string name = scene["scene"];
+std::string suite_of(const Json& report, const Json& scene, const std::string& name) {
     std::string cases;
     std::size_t tests = 0;
     std::size_t failures = 0;
@@ -116,7 +116,13 @@ std::string run_text(const Json& report) {
 
 std::string to_junit(const Json& report) {
     std::string suites;
-    for (const Json& scene : report["scenes"]) suites += suite_of(report, scene);
+    std::map<std::string, int> counts;
+    for (const Json& scene : report["scenes"]) {
+        // A class is that of one scene, though its name or file is given twice.
+        std::string name = scene["spec"];
+        if (const int count = ++counts[name]; count > 1) name += fmt::format(" ({})", count);
+        suites += suite_of(report, scene, name);
+    }
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\">\n{}</testsuites>\n",
         markup_text(report["verdict"]), suites);

@@ -149,6 +149,79 @@ TEST(Crosscheck, BadFrameInTheMiddleKeepsTheReportOfTheEarlierOnes) {
     EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u);
 }
 
+TEST(Crosscheck, ACameraThatSeesNothingFails) {
+    const Words away = {"--frames", "0",        "--simd",  "off",    "--eye",
+                        "0,50,0",   "--target", "1,100,0", "--json", "-"};
+    const Outcome outcome = crosscheck(away);
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    EXPECT_NE(outcome.err.find("no camera ray hits anything"), std::string::npos) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["equal"], false);
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(json["scenes"][0]["equal"], false);
+    EXPECT_EQ(json["scenes"][0]["rows"][0]["hits"], 0);
+    // Queries do not depend on the camera.
+    Words with_queries = away;
+    with_queries.insert(with_queries.end(), {"--queries", "10"});
+    EXPECT_EQ(crosscheck(with_queries).code, 0);
+}
+
+TEST(Crosscheck, NothingComparedIsNotEqual) {
+    const Outcome outcome = run({"crosscheck", "none.obj", "--backend", "cpu", "--json", "-"});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["equal"], false);
+    EXPECT_EQ(json["scenes"][0]["equal"], false);
+}
+
+TEST(Crosscheck, FilesOfAPatternWithoutQuotesAreWarnedOf) {
+    TemporaryFolder folder;
+    const auto check = [&](const Words& scenes) {
+        Words words = {"crosscheck", "--backend", "cpu",    "--simd", "off",
+                       "--size",     "8x8",       "--json", "-"};
+        words.insert(words.end(), scenes.begin(), scenes.end());
+        const Outcome outcome = run(words);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out)["scenes"][0]["warnings"];
+    };
+    const std::string first = folder.write("wave_001.obj", square_at(0));
+    const std::string second = folder.write("wave_002.obj", square_at(1));
+    const std::string other = folder.write("v2/wave_001.obj", square_at(1));
+    const Json warnings = check({first, second, other});
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].get<std::string>().find("wave_*.obj: warning: 2 files"),
+              std::string::npos)
+        << warnings;
+    EXPECT_TRUE(check({first, other}).empty());
+}
+
+TEST(Crosscheck, JunitTellsScenesOfOneNameApart) {
+    const Outcome outcome = run({"crosscheck", "builtin:cloth:200", "builtin:cloth:300",
+                                 "builtin:cloth:200", "--backend", "cpu", "--simd", "off", "--size",
+                                 "8x8", "--frames", "0", "--junit", "-"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    std::set<std::string> cases;
+    std::size_t count = 0;
+    for (const std::string& line : lines(outcome.out)) {
+        if (line.find("<testcase") == std::string::npos) continue;
+        cases.insert(line.substr(0, line.find(" time=")));
+        ++count;
+    }
+    EXPECT_EQ(count, 18u);
+    EXPECT_EQ(cases.size(), count) << outcome.out;
+}
+
+TEST(Crosscheck, AnErrorNamesItsScene) {
+    const Outcome outcome =
+        run({"crosscheck", "builtin:cloth:200", "builtin:twist:200", "--backend", "cpu", "--simd",
+             "off", "--size", "8x8", "--frames", "30"});
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    ASSERT_EQ(lines(outcome.err).size(), 2u) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("morphray: builtin:cloth:200: --frames: frame 30 is not"))
+        << outcome.err;
+    EXPECT_TRUE(lines(outcome.err)[1].starts_with("morphray: builtin:twist:200: "));
+}
+
 TEST(Crosscheck, DoesNotAcceptBruteAsABackend) {
     EXPECT_EQ(run({"crosscheck", "builtin:cloth:400", "--backend", "brute"}).code, 2);
 }

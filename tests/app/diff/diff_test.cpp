@@ -65,8 +65,14 @@ TEST(Diff, FindsALastBitOfT) {
     EXPECT_EQ(outcome.code, 1);
     EXPECT_NE(outcome.out.find("image 1: 1 pixel differs: 1 t\n"), std::string::npos)
         << outcome.out;
-    EXPECT_NE(outcome.out.find("2 images of 24x24: 1 pixel of 1 image differs"), std::string::npos)
-        << outcome.out;
+    const std::string verdict = "2 images of 24x24: 1 pixel of 1 image differs\n";
+    EXPECT_TRUE(outcome.out.ends_with(verdict)) << outcome.out;
+    EXPECT_EQ(outcome.err, "");
+    const Outcome quiet = run({"diff", a, b, "-q"});
+    EXPECT_EQ(quiet.code, 1);
+    EXPECT_EQ(quiet.out, "");
+    EXPECT_EQ(quiet.err, "morphray: " + verdict);
+    EXPECT_EQ(run({"diff", a, a, "-q"}).err, "");
 }
 
 TEST(Diff, NamesMissesAndOcclusion) {

@@ -69,6 +69,19 @@ TEST_F(Baseline, AStageThatBecameSlowerFailsWithItsName) {
     const std::string last = lines(outcome.out).back();
     EXPECT_TRUE(last.starts_with("more than 5% slower than in " + file() + " (morphray ")) << last;
     EXPECT_TRUE(last.ends_with("): trace on cpu")) << last;
+    EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(Baseline, TheVerdictIsOnStderrWhereTheTableIsNotShown) {
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"-q"}, std::vector<std::string>{"--json", "-"}}) {
+        const Outcome outcome = compare(scaled(1e-6, 1e6), more);
+        EXPECT_EQ(outcome.code, 1) << outcome.err;
+        EXPECT_TRUE(outcome.err.starts_with("morphray: more than 5% slower")) << outcome.err;
+        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    }
+    // A report that cannot be written does not hide that something is slower.
+    EXPECT_EQ(compare(scaled(1e-6, 1e6), {"--json", "/dev/full"}).code, 1);
 }
 
 TEST_F(Baseline, StagesThatBecameFasterPass) {
