@@ -60,7 +60,7 @@ set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh|scenes/gltf)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|library/examples)/"
     "^(gtest|gmock)/"           "^tests/"
-    "^(GLFW/|imgui|backends/)"  "^app/view/"
+    "^(GLFW/|imgui|backends/)"  "^(tests/)?app/view/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_writer\\.cpp$)"
