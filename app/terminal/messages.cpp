@@ -124,10 +124,10 @@ ExitCode write_reports(ExitCode work, const Messages& messages,
                        const std::function<std::string()>& text, const std::string& verdict) {
     Failure failure{{}, work};
     bool is_shown = true;
-    for (const auto& [file, make_text] : reports) {
-        if (file.empty()) continue;
-        is_shown = is_shown && !is_stdout(file);
-        attempt(failure, messages, [&] { write_report(file, make_text()); });
+    for (const Report& report : reports) {
+        if (report.first.empty()) continue;
+        is_shown = is_shown && !is_stdout(report.first);
+        attempt(failure, messages, [&] { write_report(report.first, report.second()); });
     }
     if (is_shown) attempt(failure, messages, [&] { messages.print(text()); });
     if (work == ExitCode::kCheckFailed && (messages.quiet() || !is_shown))
