@@ -39,9 +39,9 @@ struct FileMesh {
     /// Each vertex of the file, in world space (Origin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;
-    /// One for each face; empty: kClay for all.
+    /// One for each face, or for the first of them; kClay for all others.
     std::vector<Albedo> albedo;
-    /// Linear colours, finite; a triangle has the mean of its three. If any, `albedo` is empty.
+    /// Linear colours, or empty. Triangles that `albedo` leaves kClay have the mean of their three.
     std::vector<vec3> vertex_colours;
     /// A number a corner, which those of one position and normal share. Empty without normals.
     std::vector<std::uint32_t> smooth;
@@ -53,16 +53,16 @@ struct FileMesh {
     std::vector<Texcoord> texcoords;
 };
 
-/// Reads positions, faces, normals for FileMesh::smooth alone, and from material libraries diffuse
-/// colours and the names of textures. Faces whose texture is missing have their colour alone, with
-/// a warning. Keeps degenerate faces. Throws Error: kBadInput with file and line, kLimit (4 GiB,
-/// 2^28 triangles). Thread-safe if each call has its options.
+/// Reads positions and colours of vertices, faces, normals for FileMesh::smooth alone, and from
+/// material libraries diffuse colours and the names of textures. Faces whose texture is missing
+/// have their colour alone, with a warning. Keeps degenerate faces. Throws Error: kBadInput with
+/// file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
 FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
-/// order of bytes. Integer colours are those of images, whose squares are linear; others are
-/// linear. Vertices with equal positions and normals are smooth together. Throws Error: kBadInput
-/// with the line or the byte, kLimit. Thread-safe as read_obj().
+/// order of bytes: faces and strips. Integer colours are those of images, whose squares are linear;
+/// others are linear. Vertices with equal positions and normals are smooth together. Throws Error:
+/// kBadInput with the line or the byte, kLimit. Thread-safe as read_obj().
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Whether the name ends with .obj or .ply, in letters of either case.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/text/text_parts.h"
 
 namespace mray {
@@ -57,6 +59,18 @@ void MeshRules::leave_out(const std::string& problem, const Place& place) {
 void MeshRules::tell(const WarnFunction& warn) const {
     left_out_.tell(warn);
     bad_coordinates_.tell(warn);
+}
+
+double channel_of(double value, double full, WarningCount& clamped, const MeshRules::Place& place) {
+    // NaN becomes 0.
+    const double channel = std::min(std::max(0.0, value), full);
+    if (channel != value) {
+        clamped.add([&] {
+            return Warning{place(),
+                           fmt::format("colour {} is not from 0 to {}; clamped", value, full)};
+        });
+    }
+    return channel / full;
 }
 
 std::string not_a_number(std::string_view text) {

@@ -27,6 +27,19 @@ public:
     void add(const Make& make) {
         if (count_++ == 0) first_ = make();
     }
+    /// Calls work(), whose Error(kBadInput) about `file` becomes a warning that ends with `effect`.
+    template <class Work>
+    void catch_fault(const std::string& file, const char* effect, const Work& work) {
+        try {
+            work();
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            add([&] {
+                const Warning fault = as_warning(error, file);
+                return Warning{fault.place, fault.text + effect};
+            });
+        }
+    }
     void tell(const WarnFunction& warn) const {
         if (count_ == 0 || !warn) return;
         Warning warning = first_;
@@ -114,6 +127,16 @@ private:
     };
     std::unordered_map<Key, std::uint32_t, KeyHash> firsts_;
 };
+
+/// A channel of a colour, of which `full` is 1. Others than 0 to `full` are clamped, with a
+/// warning.
+double channel_of(double value, double full, WarningCount& clamped, const MeshRules::Place& place);
+
+/// The linear value of a channel of images, as its square.
+inline double linear_of(double channel) {
+    const auto c = static_cast<float>(channel);
+    return static_cast<double>(c * c);
+}
 
 /// Returns the message for a text that is no number: what is wrong with it, and what to do.
 std::string not_a_number(std::string_view text);

@@ -3,46 +3,158 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
+#include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/obj/obj_lines.h"
 
 namespace mray {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr Albedo kWhite = 0x00FFFFFF;
+
+/// The name of a file as a statement has it: in quotes, with "\\ " for blanks, \\ for slashes.
+std::string file_name_of(std::string_view text) {
+    text = trimmed(text, kBlanks);
+    if (text.size() > 1 && text.front() == '"' && text.back() == '"')
+        text = text.substr(1, text.size() - 2);
+    std::string name;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '\\')
+            name += text[i];
+        else if (!text.substr(i + 1).starts_with(' '))
+            name += '/';
+    }
+    return name;
+}
+
+/// As side_file(); a file of another folder is searched beside the scene file by its last name.
+fs::path find_side_file(const fs::path& scene_file, const std::string& name) {
+    try {
+        return side_file(scene_file, name);
+    } catch (const Error&) {
+        try {
+            return side_file(scene_file, name.substr(name.rfind('/') + 1));
+        } catch (const Error&) {
+        }
+        throw;
+    }
+}
+
+/// The colour of a statement Kd of three numbers, or of one, which is grey.
+std::optional<Albedo> albedo_of_words(std::string_view words, WarningCount& clamped,
+                                      const MeshRules::Place& place) {
+    std::array<float, 3> kd = {};
+    for (std::size_t i = 0; i < kd.size(); ++i) {
+        const std::string_view word = next_word(words);
+        if (i == 1 && word.empty()) return albedo_of(kd[0], kd[0], kd[0]);
+        const std::optional<double> number = parse_double(word);
+        if (!number) return std::nullopt;
+        kd[i] = static_cast<float>(channel_of(*number, 1, clamped, place));
+    }
+    return albedo_of(kd[0], kd[1], kd[2]);
+}
+
+/// Reads the options of a statement map_Kd, and the name of its file, which is what follows.
+void read_map(std::string_view words, Material& material) {
+    // With the most words they have; all but the first are numbers and may be left out.
+    constexpr std::pair<std::string_view, std::size_t> kOptions[] = {
+        {"-blendu", 1}, {"-blendv", 1},  {"-bm", 1},  {"-boost", 1}, {"-cc", 1},
+        {"-clamp", 1},  {"-imfchan", 1}, {"-mm", 2},  {"-o", 3},     {"-s", 3},
+        {"-t", 3},      {"-texres", 1},  {"-type", 1}};
+    for (;;) {
+        std::string_view rest = words;
+        const std::string_view option = next_word(rest);
+        const auto* const known =
+            std::ranges::find(kOptions, option, &std::pair<std::string_view, std::size_t>::first);
+        if (known == std::end(kOptions)) break;
+        for (std::size_t i = 0; i < known->second; ++i) {
+            std::string_view after = rest;
+            const std::string_view word = next_word(after);
+            const std::optional<float> number = parse_float(word);
+            if (i > 0 && (!number || trimmed(after, kBlanks).empty())) break;
+            rest = after;
+            if (option == "-clamp") material.clamp = word == "on";
+            if (i > 1 || !number || !std::isfinite(*number)) continue;
+            if (option == "-s") material.scale[i] = *number;
+            if (option == "-o") material.offset[i] = *number;
+        }
+        words = rest;
+    }
+    material.map = file_name_of(words);
+}
 
 }  // namespace
 
-ObjMaterials::ObjMaterials(const std::filesystem::path& path, const MeshFileOptions& options,
-                           FileMesh& mesh)
+MaterialMap read_mtl_text(std::string_view text, const fs::path& library, WarningCount& unread) {
+    MaterialMap materials;
+    Material ignored;
+    Material* material = &ignored;
+    ObjLines lines(text, escape(library));
+    const MeshRules::Place place = [&] { return lines.place(); };
+    while (!lines.at_end()) {
+        const std::string_view statement = lines.next();
+        std::string_view rest = statement;
+        const std::string_view keyword = next_word(rest);
+        if (keyword == "newmtl") {
+            const auto [at, is_new] = materials.try_emplace(std::string(trimmed(rest, kBlanks)),
+                                                            Material{.library = library});
+            material = is_new ? &at->second : &ignored;
+        } else if (keyword == "Kd") {
+            material->albedo = albedo_of_words(rest, unread, place);
+            if (material->albedo) continue;
+            unread.add([&] {
+                return Warning{place(), fmt::format("{} is not read; write one number or three",
+                                                    quote(statement))};
+            });
+        } else if (keyword == "map_Kd") {
+            read_map(rest, *material);
+        }
+    }
+    return materials;
+}
+
+ObjMaterials::ObjMaterials(const fs::path& path, const MeshFileOptions& options, FileMesh& mesh)
     : path_(path), options_(options), mesh_(mesh), name_(escape(path)) {}
 
-void ObjMaterials::read_library(std::string_view name) {
-    name = trimmed(name, kBlanks);
-    if (options_.positions_only || name.empty()) return;
-    std::filesystem::path library;
-    std::string bytes;
+void ObjMaterials::read_libraries(std::string_view names) {
+    if (options_.positions_only) return;
+    names = trimmed(names, kBlanks);
     try {
-        library = side_file(path_, std::string(name));
-        if (!libraries_.insert(library).second) return;
-        bytes = read_input_file(library);
-    } catch (const Error& error) {
-        unread_.add([&] {
-            return Warning{name_, as_warning(error, name_).text + "; its materials are clay"};
-        });
-        return;
+        return read_library(side_file(path_, file_name_of(names)));
+    } catch (const Error&) {  // It may be several names.
     }
-    read_mtl_text(bytes, library, materials_);
+    while (!names.empty() && names.front() != '#') {
+        std::size_t end = 0;
+        while (end < names.size() && (!is_blank(names[end]) || names[end - 1] == '\\')) ++end;
+        try {
+            read_library(find_side_file(path_, file_name_of(names.substr(0, end))));
+        } catch (const Error& error) {
+            unread_.add([&] {
+                return Warning{name_, as_warning(error, name_).text + "; its materials are clay"};
+            });
+        }
+        names = trimmed(names.substr(end), kBlanks);
+    }
+}
+
+void ObjMaterials::read_library(const fs::path& library) {
+    if (libraries_.contains(library)) return;
+    MaterialMap read = read_mtl_text(read_input_file(library), library, odd_colours_);
+    materials_.merge(read);
+    libraries_.insert(library);
 }
 
 void ObjMaterials::use(std::string_view name) {
-    current_ = &default_;
-    if (options_.positions_only) return;
     name = trimmed(name, kBlanks);
+    if (options_.positions_only || name.empty()) return;
+    current_ = &default_;
     const auto found = materials_.find(std::string(name));
     if (found == materials_.end()) {
         return unknown_.add([&] {
@@ -83,7 +195,8 @@ void ObjMaterials::add_face(std::span<const Texcoord* const> texcoords) {
 }
 
 void ObjMaterials::finish() {
-    for (const WarningCount* const warnings : {&unread_, &unknown_, &missing_, &without_texcoords_})
+    for (const WarningCount* const warnings :
+         {&unread_, &odd_colours_, &unknown_, &missing_, &without_texcoords_})
         warnings->tell(options_.warn);
     if (has_textured_faces_) return;
     mesh_.textures = {};
@@ -95,20 +208,12 @@ void ObjMaterials::finish() {
 std::uint32_t ObjMaterials::texture_of(const Material& material) {
     TextureFile file{.clamp = material.clamp};
     const std::string library = escape(material.library);
-    std::string problem;
-    for (const std::string& name :
-         {material.map, material.map.substr(material.map.rfind('/') + 1)}) {
-        try {
-            file.path = side_file(material.library, name).native();
-            break;
-        } catch (const Error& error) {
-            // The message names the file as the library does.
-            if (problem.empty()) problem = as_warning(error, library).text;
-        }
-    }
-    if (file.path.empty()) {
+    try {
+        file.path = find_side_file(material.library, material.map).native();
+    } catch (const Error& error) {
         missing_.add([&] {
-            return Warning{library, fmt::format("map_Kd: {}; its faces have no texture", problem)};
+            return Warning{library, fmt::format("map_Kd: {}; its faces have no texture",
+                                                as_warning(error, library).text)};
         });
         return kNoTexture;
     }

@@ -17,7 +17,7 @@
 namespace mray {
 
 struct Material {
-    /// Kd, taken as linear, clamped to [0, 1] and rounded to 8 bits.
+    /// Kd, taken as linear and rounded to 8 bits.
     std::optional<Albedo> albedo = {};
     /// The file of map_Kd, as the library names it, with / for each backslash; empty: none.
     std::string map = {};
@@ -34,10 +34,10 @@ struct Material {
 
 using MaterialMap = std::unordered_map<std::string, Material>;
 
-/// Adds the materials of an MTL text by their names; the first of a name stays. tinyobjloader reads
-/// them: numbers that are none are 0. Throws Error(kBadInput) for binary data.
-void read_mtl_text(std::string_view text, const std::filesystem::path& library,
-                   MaterialMap& materials);
+/// The materials of an MTL text by their names, the first of a name. `unread` counts colours that
+/// are not read, or not as they are. Throws Error(kBadInput) for binary data.
+MaterialMap read_mtl_text(std::string_view text, const std::filesystem::path& library,
+                          WarningCount& unread);
 
 /// Gives faces colours and textures, which lie where libraries name them or beside these.
 class ObjMaterials {
@@ -45,8 +45,9 @@ public:
     /// `path` is the OBJ file. Keeps references to all three.
     ObjMaterials(const std::filesystem::path& path, const MeshFileOptions& options, FileMesh& mesh);
 
-    /// Adds the materials of a library. One that cannot be read is a warning.
-    void read_library(std::string_view name);
+    /// Adds the materials of the libraries that a line names: one name, which may have blanks, or
+    /// else several. A library that cannot be read is a warning.
+    void read_libraries(std::string_view names);
     /// Gives the next faces a material; the default, if the name is not known.
     void use(std::string_view name);
     /// Colours the next face of the mesh. Null stands for corners without texture coordinates.
@@ -55,6 +56,7 @@ public:
     void finish();
 
 private:
+    void read_library(const std::filesystem::path& library);
     std::uint32_t texture_of(const Material& material);
 
     const std::filesystem::path& path_;
@@ -67,6 +69,7 @@ private:
     const Material* current_ = &default_;
     bool has_textured_faces_ = false;
     WarningCount unread_;
+    WarningCount odd_colours_;
     WarningCount unknown_;
     WarningCount missing_;
     WarningCount without_texcoords_;

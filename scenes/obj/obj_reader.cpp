@@ -5,17 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
-#include <map>
 #include <optional>
-#include <sstream>
-#include <streambuf>
 #include <string>
 #include <string_view>
 #include <utility>
-
-#define TINYOBJLOADER_IMPLEMENTATION
-#include <tiny_obj_loader.h>
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
@@ -38,36 +33,34 @@ std::uint32_t place_of(int index, std::size_t size) {
     return index != 0 && at >= 0 && at < count ? static_cast<std::uint32_t>(at) : kNone;
 }
 
-/// Nine digits name more vertices than any file has, and fit an int.
-bool is_index(std::string_view text) {
-    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
-    return !text.empty() && text.size() <= 9 &&
-           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
+/// The numbers of a corner's vertex, texture coordinates and normal as the file has them; 0: none.
+using Corner = std::array<int, 3>;
 
-/// Whether a word is v, v/vt, v//vn or v/vt/vn. Trailing numbers may be left out before a slash.
-bool is_corner(std::string_view word) {
-    for (int part = 0; part < 3; ++part) {
+/// Reads v, v/vt, v//vn or v/vt/vn, in which all numbers but v may be missing.
+std::optional<Corner> parse_corner(std::string_view word) {
+    Corner corner = {};
+    for (int& index : corner) {
         const std::size_t slash = std::min(word.find('/'), word.size());
-        const std::string_view number = word.substr(0, slash);
-        if (!is_index(number) && !(number.empty() && part > 0)) return false;
-        if (slash == word.size()) return true;
+        std::string_view number = word.substr(0, slash);
+        const bool is_negative = number.starts_with('-');
+        if (is_negative || number.starts_with('+')) number.remove_prefix(1);
+        const std::optional<std::uint64_t> digits = parse_unsigned(number);
+        // Nine digits name more vertices than any file has, and fit an int.
+        if (digits ? number.size() > 9 : slash > 0 || &index == corner.data()) return std::nullopt;
+        index = static_cast<int>(digits.value_or(0)) * (is_negative ? -1 : 1);
+        if (slash == word.size()) return corner;
         word.remove_prefix(slash + 1);
     }
-    return false;
-}
-
-float finite_or(float number, float otherwise) {
-    return std::isfinite(number) ? number : otherwise;
+    return std::nullopt;
 }
 
 /// Takes a number; 0 if it is not there or not finite.
 float take_finite(std::string_view& words) {
-    return finite_or(parse_float(next_word(words)).value_or(0.0f), 0);
+    const float number = parse_float(next_word(words)).value_or(0.0f);
+    return std::isfinite(number) ? number : 0;
 }
 
-/// Passes faces and materials to tinyobjloader a statement at a time, so that results have a line.
-class ObjReader : private std::streambuf, private tinyobj::MaterialReader {
+class ObjReader {
 public:
     ObjReader(const fs::path& path, std::string_view text, const MeshFileOptions& options)
         : name_(escape(path)),
@@ -78,46 +71,28 @@ public:
           materials_(path, options, mesh_) {}
 
     FileMesh read() {
-        std::istream stream(this);
-        // Errors of underflow() pass through.
-        stream.exceptions(std::ios::badbit);
-        tinyobj::callback_t callbacks;
-        callbacks.index_cb = [](void* reader, tinyobj::index_t* corners, int count) {
-            static_cast<ObjReader*>(reader)->add_face(
-                std::span(corners, static_cast<std::size_t>(count)));
-        };
-        callbacks.usemtl_cb = [](void* data, const char* material, int) {
-            static_cast<ObjReader*>(data)->materials_.use(material);
-        };
-        tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
+        while (!lines_.at_end()) read_statement();
         if (!mesh_.faces.corners.empty() && largest_vertex_ >= positions_.size()) {
             throw Error(ErrorKind::kBadInput, "{}:{}: {}", name_, largest_vertex_line_,
                         not_there(largest_vertex_));
         }
         set_positions(mesh_, positions_, options_);
+        set_colours();
         if (!has_normals_) mesh_.smooth = {};
         rules_.tell(options_.warn);
+        clamped_.tell(options_.warn);
+        odd_colours_.tell(options_.warn);
         materials_.finish();
         return std::move(mesh_);
     }
 
 private:
-    int_type underflow() override {
-        for (passed_.clear(); passed_.empty();) {
-            if (lines_.at_end()) return traits_type::eof();
-            read_statement();
-        }
-        passed_ += '\n';
-        setg(passed_.data(), passed_.data(), passed_.data() + passed_.size());
-        return traits_type::to_int_type(passed_.front());
-    }
-
     void read_statement() {
         const std::string_view statement = lines_.next();
         std::string_view rest = statement;
         const std::string_view keyword = next_word(rest);
         if (keyword == "f") {
-            pass_face(rest);
+            read_face(rest);
         } else if (keyword == "v") {
             read_vertex(rest);
         } else if (keyword == "vn" && !options_.positions_only) {
@@ -126,56 +101,93 @@ private:
         } else if (keyword == "vt" && !options_.positions_only) {
             const float u = take_finite(rest);
             texcoords_.push_back({u, take_finite(rest)});
-        } else if (keyword == "usemtl" || keyword == "mtllib") {
-            if (!std::all_of(rest.begin(), rest.end(), is_blank)) passed_ = statement;
+        } else if (keyword == "usemtl") {
+            materials_.use(rest);
+        } else if (keyword == "mtllib") {
+            materials_.read_libraries(rest);
+        } else if (statement.starts_with("#MRGB ") && !options_.positions_only) {
+            read_painted(trimmed(statement.substr(6), kBlanks));
         }
     }
 
     void read_vertex(std::string_view words) {
-        glm::dvec3 position(0.0);
-        int count = 0;
+        // A position and a colour.
+        std::array<double, 6> numbers = {};
+        std::size_t count = 0;
         for (auto word = next_word(words); !word.empty(); word = next_word(words)) {
             const std::optional<double> number = parse_coordinate(word);
             if (!number) lines_.fail(not_a_number(word));
-            // Further numbers are a weight and a colour.
-            if (++count > 3) continue;
-            position[count - 1] = *number;
-            if (!MeshRules::is_good(*number)) rules_.take_bad_coordinate(*number, word, place_);
+            if (count < numbers.size()) numbers[count] = *number;
+            if (++count <= 3 && !MeshRules::is_good(*number))
+                rules_.take_bad_coordinate(*number, word, place_);
         }
         if (count < 3) {
             lines_.fail(fmt::format(
                 "vertex of {} numbers where 3 are needed; is the file complete?", count));
         }
-        positions_.push_back(position);
+        positions_.emplace_back(numbers[0], numbers[1], numbers[2]);
+        // A fourth number is a weight.
+        if (count <= 4 || options_.positions_only) return;
+        if (count != numbers.size()) {
+            return odd_colours_.add([&] {
+                return Warning{place_(), fmt::format("vertex of {} numbers; all but 3 are left out "
+                                                     "(a colour makes 6)",
+                                                     count)};
+            });
+        }
+        mesh_.vertex_colours.resize(positions_.size(), vec3(1));
+        for (int i = 0; i < 3; ++i) {
+            const double given = numbers[static_cast<std::size_t>(i) + 3];
+            mesh_.vertex_colours.back()[i] =
+                static_cast<float>(linear_of(channel_of(given, 1, clamped_, place_)));
+        }
     }
 
-    /// Passes on what tinyobjloader, which checks nothing, reads correctly.
-    void pass_face(std::string_view words) {
-        passed_ = 'f';
-        std::uint64_t corners = 0;
+    /// Reads what ZBrush writes for each vertex: a mask, red, green and blue, in hexadecimal.
+    void read_painted(std::string_view digits) {
+        for (std::uint32_t bits = 0; digits.size() >= 8; digits.remove_prefix(8)) {
+            const char* const end = digits.data() + 8;
+            if (std::from_chars(digits.data(), end, bits, 16).ptr != end) return;
+            const auto channel = [&](int shift) {
+                return static_cast<float>(linear_of(((bits >> shift) & 255) / 255.0));
+            };
+            painted_.emplace_back(channel(16), channel(8), channel(0));
+        }
+    }
+
+    /// Vertices without a colour, in a file with some, are white.
+    void set_colours() {
+        if (!painted_.empty() && painted_.size() != positions_.size()) {
+            odd_colours_.add([&] {
+                return Warning{name_, fmt::format("#MRGB has {} colours for {} vertices",
+                                                  painted_.size(), positions_.size())};
+            });
+        }
+        if (mesh_.vertex_colours.empty()) mesh_.vertex_colours = std::move(painted_);
+        if (!mesh_.vertex_colours.empty()) mesh_.vertex_colours.resize(positions_.size(), vec3(1));
+    }
+
+    void read_face(std::string_view words) {
+        corners_.clear();
         for (auto word = next_word(words); !word.empty(); word = next_word(words)) {
-            if (!is_corner(word)) {
-                passed_.clear();
+            const std::optional<Corner> corner = parse_corner(word);
+            if (!corner) {
                 return rules_.leave_out(
                     fmt::format("{} is not a corner; write v, v/vt, v//vn or v/vt/vn with indices "
                                 "of at most 9 digits",
                                 quote(word)),
                     place_);
             }
-            // It would take the next word for the number after a slash.
-            while (word.ends_with('/')) word.remove_suffix(1);
-            passed_ += ' ';
-            passed_ += word;
-            ++corners;
+            corners_.push_back(*corner);
         }
         // A file without a final line end may have been cut.
-        if (!rules_.keeps_face(corners, lines_.may_be_cut(), place_)) passed_.clear();
+        if (rules_.keeps_face(corners_.size(), lines_.may_be_cut(), place_)) add_face();
     }
 
-    void add_face(std::span<const tinyobj::index_t> corners) {
+    void add_face() {
         vertices_of_face_.clear();
-        for (const tinyobj::index_t& corner : corners) {
-            const int index = corner.vertex_index;
+        for (const Corner& corner : corners_) {
+            const int index = corner[0];
             std::uint32_t vertex = place_of(index, positions_.size());
             if (vertex == kNone && index <= 0) {
                 return rules_.leave_out(
@@ -196,26 +208,18 @@ private:
             }
             vertices_of_face_.push_back(vertex);
         }
-        rules_.count_triangles(corners.size() - 2, place_);
+        rules_.count_triangles(corners_.size() - 2, place_);
         mesh_.faces.corners.insert(mesh_.faces.corners.end(), vertices_of_face_.begin(),
                                    vertices_of_face_.end());
         texcoords_of_face_.clear();
-        for (std::size_t i = 0; i < corners.size(); ++i) {
-            const std::uint32_t texcoord = place_of(corners[i].texcoord_index, texcoords_.size());
+        for (std::size_t i = 0; i < corners_.size(); ++i) {
+            const std::uint32_t texcoord = place_of(corners_[i][1], texcoords_.size());
             texcoords_of_face_.push_back(texcoord == kNone ? nullptr : &texcoords_[texcoord]);
             if (!options_.positions_only)
-                mesh_.smooth.push_back(
-                    smooth_number(vertices_of_face_[i], corners[i].normal_index));
+                mesh_.smooth.push_back(smooth_number(vertices_of_face_[i], corners_[i][2]));
         }
-        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
+        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners_.size()));
         materials_.add_face(texcoords_of_face_);
-    }
-
-    bool operator()(const std::string& name, std::vector<tinyobj::material_t>*,
-                    std::map<std::string, int>*, std::string*, std::string*) override {
-        materials_.read_library(name);
-        // After a success it would read no more libraries of the line.
-        return false;
     }
 
     std::string not_there(std::uint32_t vertex) const {
@@ -241,7 +245,11 @@ private:
     FileMesh mesh_;
     std::vector<glm::dvec3> positions_;
     ObjMaterials materials_;
-    std::string passed_;
+    /// Those of the face that is read.
+    std::vector<Corner> corners_;
+    std::vector<vec3> painted_;
+    WarningCount clamped_;
+    WarningCount odd_colours_;
     std::vector<std::array<std::uint32_t, 3>> normals_;
     std::vector<Texcoord> texcoords_;
     std::vector<std::uint32_t> vertices_of_face_;
@@ -253,38 +261,6 @@ private:
 };
 
 }  // namespace
-
-void read_mtl_text(std::string_view text, const fs::path& library, MaterialMap& materials) {
-    // Tells materials without Kd from black ones.
-    constexpr float kNoColour = -1;
-    std::string marked;
-    for (ObjLines lines(text, escape(library)); !lines.at_end();) {
-        const std::string_view statement = lines.next();
-        marked.append(statement) += '\n';
-        if (statement.starts_with("newmtl")) marked += "Kd -1\n";
-    }
-    std::istringstream stream(std::move(marked));
-    std::map<std::string, int> indices;
-    std::vector<tinyobj::material_t> read;
-    std::string ignored;
-    tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
-    for (const tinyobj::material_t& one : read) {
-        Material material{
-            .map = one.diffuse_texname, .clamp = one.diffuse_texopt.clamp, .library = library};
-        const auto& kd = one.diffuse;
-        if (kd[0] != kNoColour)
-            material.albedo =
-                albedo_of(finite_or(kd[0], 0), finite_or(kd[1], 0), finite_or(kd[2], 0));
-        for (std::size_t i = 0; i < 2; ++i) {
-            material.scale[i] = finite_or(one.diffuse_texopt.scale[i], 1);
-            material.offset[i] = finite_or(one.diffuse_texopt.origin_offset[i], 0);
-        }
-        if (material.map.size() > 1 && material.map.front() == '"' && material.map.back() == '"')
-            material.map = material.map.substr(1, material.map.size() - 2);
-        std::replace(material.map.begin(), material.map.end(), '\\', '/');
-        materials.emplace(trimmed(one.name, kBlanks), std::move(material));
-    }
-}
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     const std::string text = read_input_file(path);

@@ -35,20 +35,18 @@ void set_corners(const FileMesh& mesh, std::span<const uvec3> corners, std::vect
 }
 
 void set_albedo(const FileMesh& mesh, Topology& topology) {
-    if (mesh.albedo.empty() && mesh.vertex_colours.empty()) {
-        topology.albedo.assign(topology.triangles.size(), kClay);
-        return;
-    }
     topology.albedo.reserve(topology.triangles.size());
     for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
         topology.albedo.insert(topology.albedo.end(), mesh.faces.corner_counts[face] - 2,
                                mesh.albedo[face]);
     }
-    if (mesh.vertex_colours.empty()) return;
-    for (const uvec3& t : topology.triangles) {
-        const std::vector<vec3>& colours = mesh.vertex_colours;
+    topology.albedo.resize(topology.triangles.size(), kClay);
+    const std::vector<vec3>& colours = mesh.vertex_colours;
+    for (std::size_t i = 0; !colours.empty() && i < topology.triangles.size(); ++i) {
+        if (topology.albedo[i] != kClay) continue;
+        const uvec3& t = topology.triangles[i];
         const vec3 mean = (colours[t.x] + colours[t.y] + colours[t.z]) / 3.0f;
-        topology.albedo.push_back(albedo_of(mean.x, mean.y, mean.z));
+        topology.albedo[i] = albedo_of(mean.x, mean.y, mean.z);
     }
 }
 

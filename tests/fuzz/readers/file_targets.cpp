@@ -75,8 +75,8 @@ std::string jpeg_failure(std::string_view bytes) {
 
 std::string mtl_failure(std::string_view bytes) {
     return failure_of(kName, [&](bool) {
-        MaterialMap materials;
-        read_mtl_text(bytes, kName, materials);
+        WarningCount unread;
+        const MaterialMap materials = read_mtl_text(bytes, kName, unread);
         for (const auto& [name, material] : materials) {
             std::string failure = broken_material(material);
             if (!failure.empty()) return failure;

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "scenes/obj/obj_materials.h"
@@ -6,9 +7,15 @@ namespace mray {
 namespace {
 
 MaterialMap read(const std::string& text) {
-    MaterialMap materials;
-    read_mtl_text(text, "a.mtl", materials);
-    return materials;
+    WarningCount unread;
+    return read_mtl_text(text, "a.mtl", unread);
+}
+std::string warning_of(const std::string& text) {
+    WarningCount unread;
+    read_mtl_text(text, "a.mtl", unread);
+    std::string line;
+    unread.tell([&](const Warning& warning) { line = warning.line(); });
+    return line;
 }
 Material material_of(const std::string& statement) {
     return read("newmtl a\n" + statement + "\nnewmtl b\nKd 1 1 1\n").at("a");
@@ -23,10 +30,20 @@ TEST(MtlReader, MaterialWithoutColourIsTheDefault) {
     EXPECT_FALSE(read("Kd 1 0 0\nnewmtl a\nNs 5\n").at("a").albedo);
     EXPECT_EQ(material_of("Kd 0 0 0").albedo, 0u);
 }
-TEST(MtlReader, NumbersThatAreNoneAreZero) {
-    for (const char* kd : {"Kd nan 0 1", "Kd inf 0 1", "Kd a 0 1"})
-        EXPECT_EQ(material_of(kd).albedo, 0xFF0000u) << kd;
-    EXPECT_EQ(material_of("map_Kd -o 1 inf 1 a.png").offset, (std::array<float, 2>{1, 0}));
+TEST(MtlReader, OneNumberIsGrey) {
+    EXPECT_EQ(material_of("Kd 1").albedo, 0xFFFFFFu);
+    EXPECT_EQ(material_of("Kd 0.5 # half").albedo, 0x808080u);
+    EXPECT_EQ(warning_of("newmtl a\nKd 1\n"), "");
+}
+TEST(MtlReader, ColoursThatAreNotReadAreWarnings) {
+    for (const char* kd : {"Kd a 0 1", "Kd 1 x", "Kd 1 0", "Kd spectral x.rfl 1", "Kd xyz 0 1 0"}) {
+        EXPECT_FALSE(material_of(kd).albedo) << kd;
+        EXPECT_EQ(warning_of(fmt::format("newmtl a\n{}\n", kd)),
+                  fmt::format("a.mtl:2: warning: '{}' is not read; write one number or three", kd));
+    }
+    EXPECT_EQ(material_of("Kd nan 0 2").albedo, 0xFF0000u);
+    EXPECT_EQ(warning_of("newmtl a\nKd nan 0 2\n"),
+              "a.mtl:2: warning: colour nan is not from 0 to 1; clamped (and 1 more)");
 }
 TEST(MtlReader, TheFirstMaterialOfANameStays) {
     const auto materials = read("newmtl a\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n");
@@ -51,6 +68,19 @@ TEST(MtlReader, ScalesOffsetsAndClampsOfTexturesAreReadAndOtherOptionsPassed) {
     EXPECT_EQ(a.offset, (std::array<float, 2>{0.5f, 0}));
     EXPECT_TRUE(a.clamp);
     EXPECT_FALSE(material_of("map_Kd -clamp off a.png").clamp);
+    EXPECT_EQ(material_of("map_Kd -o 1 inf 1 a.png").offset, (std::array<float, 2>{1, 0}));
+}
+TEST(MtlReader, OptionsMayHaveFewerNumbers) {
+    for (const char* map :
+         {"map_Kd -s 2 a b.png", "map_Kd -s 2 1 a b.png", "map_Kd -mm 0 -s 2 1 1 -o 0 a b.png",
+          "map_Kd -blendu on -blendv off -cc on -texres 4 -s 2 a b.png",
+          "map_Kd -bm 1 -imfchan r -boost 2 -type sphere -t 0 -s 2 a b.png"}) {
+        EXPECT_EQ(material_of(map).map, "a b.png") << map;
+        EXPECT_EQ(material_of(map).scale, (std::array<float, 2>{2, 1})) << map;
+    }
+    // A file may have a number as its name.
+    EXPECT_EQ(material_of("map_Kd -o 0.5 2").map, "2");
+    EXPECT_EQ(material_of("map_Kd -o").map, "");
 }
 }  // namespace
 }  // namespace mray

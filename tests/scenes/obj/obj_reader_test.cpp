@@ -61,10 +61,10 @@ TEST(ObjReader, ReadsATriangleHoweverItIsWritten) {
     for (const std::string& text :
          {kTriangle, "\xEF\xBB\xBF" + kTriangle, with_line_ends(kTriangle, "\r\n"),
           with_line_ends(kTriangle, "\r"), kVertices + "f 1 2 3", "f 1 2 3\n" + kVertices,
-          std::string("v 0 0 0 1\nv 1 0 0 1 .5 .5 .5\nv 0 1 0 .2 .3 .4\nf 1 2 3\n"),
-          kVertices + "f 1/ 2/ 3/", kVertices + "f 1// 2// 3//", kVertices + "f +1 +2 +3",
-          kVertices + "f 1/1/ 2/ 3//1", kVertices + "f +1/+1/+1 2/-1 +3//-1",
-          kVertices + "f 1 \\\n 2 3\n", kVertices + "f 1 \\\r\n 2\\\r\n3\r\n",
+          std::string("v 0 0 0 1\nv 1 0 0\nv 0 1 0 .2 .3 .4\nf 1 2 3\n"), kVertices + "f 1/ 2/ 3/",
+          kVertices + "f 1// 2// 3//", kVertices + "f +1 +2 +3", kVertices + "f 1/1/ 2/ 3//1",
+          kVertices + "f +1/+1/+1 2/-1 +3//-1", kVertices + "f 1 \\\n 2 3\n",
+          kVertices + "f 1 \\\r\n 2\\\r\n3\r\n",
           std::string("v 0 0\\\n0\nv 1 0 0\nv 0 1 0\nf\\\n1 2 3\n"),
           "# a path such as C:\\\n" + kTriangle, fmt::format("#{:200000}\n", "x") + kTriangle,
           "o x\ng y\ns off\np 1\nl 1 2\ncurv 0 1 1 2\nvt 0\nvn a b\nfoo bar\n" + kTriangle}) {
