@@ -110,16 +110,17 @@ private:
         return known->second;
     }
 
-    /// If lenient, equal times are taken, of which the later one holds.
+    /// Equal times are an error; if lenient, a warning, and the later one holds.
     void check_times(const JsonAt& reference, std::span<const float> times) {
         for (std::size_t i = 0; i < times.size(); ++i) {
             if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
                 continue;
-            if (i > 0 && times[i] == times[i - 1] && options_.lenient) {
+            if (i > 0 && times[i] == times[i - 1]) {
+                const std::string what = fmt::format("times {} and {} are equal", i - 1, i);
+                if (!options_.lenient) reference.fail(what + "; repair them", Hint::kLenient);
                 equal_times_.add([&] {
-                    return Warning{file_.name(),
-                                   fmt::format("{}: times {} and {} are equal; the later one holds",
-                                               reference.path(), i - 1, i)};
+                    return Warning{file_.name(), fmt::format("{}: {}; the later one holds",
+                                                             reference.path(), what)};
                 });
                 continue;
             }

@@ -83,8 +83,7 @@ struct Materials {
     std::vector<TextureFile> textures;
 };
 
-/// Reads the base colour of every material. Images that cannot be used are left out with a warning.
-/// Throws Error(kBadInput).
+/// Reads the base colour of every material. What cannot be used is left out with a warning.
 Materials read_materials(const GltfFile& file, const AnimationOptions& options);
 
 struct Skin {

@@ -21,7 +21,6 @@ namespace {
 constexpr std::uint64_t kClampToEdge = 33071;
 constexpr std::uint64_t kMirroredRepeat = 33648;
 constexpr std::uint64_t kRepeat = 10497;
-constexpr const char* kLeftOut = "; its triangles have their colour alone";
 
 TexcoordUse texcoords_of(const JsonAt& info) {
     const auto set_of = [](const JsonAt& at, std::uint64_t otherwise) {
@@ -51,6 +50,17 @@ public:
 
     void read(const JsonAt& at) {
         Material& material = result_.materials.emplace_back();
+        odd_.catch_fault(file_.name(), "; its triangles have their colour alone",
+                         [&] { read(at, material); });
+    }
+
+    void tell(const WarnFunction& warn) const {
+        odd_.tell(warn);
+        blends_.tell(warn);
+    }
+
+private:
+    void read(const JsonAt& at, Material& material) {
         const auto base = at.find("pbrMetallicRoughness");
         const auto texture = base ? base->find("baseColorTexture") : std::nullopt;
         std::array<double, 4> factor = {1, 1, 1, 1};
@@ -60,18 +70,12 @@ public:
         const double cutoff = alpha_cutoff_of(at);
         material.is_cut_away = factor[3] < cutoff;
         if (!texture || material.is_cut_away) return;
+        material.texcoords = texcoords_of(*texture);
         // The factor is above 0 where the cutoff is.
         material.texture = texture_of(texture->at("index"),
                                       cutoff == 0 ? 0 : static_cast<float>(cutoff / factor[3]));
-        material.texcoords = texcoords_of(*texture);
     }
 
-    void tell(const WarnFunction& warn) const {
-        odd_.tell(warn);
-        blends_.tell(warn);
-    }
-
-private:
     void warn(const JsonAt& at, const std::string& what) {
         odd_.add([&] { return Warning{file_.name(), fmt::format("{}: {}", at.path(), what)}; });
     }
@@ -93,10 +97,7 @@ private:
         const JsonAt texture =
             file_.element("textures", reference.index_below(file_.count("textures"), "textures"));
         const auto source = texture.index_or_none("source", file_.count("images"), "images");
-        if (!source) {
-            warn(texture, fmt::format("has no image that is read{}", kLeftOut));
-            return kNoTexture;
-        }
+        if (!source) texture.fail("has no image that is read");
         const bool clamp = is_clamped(texture);
         const auto [known, is_new] = known_.try_emplace({*source, clamp, alpha_cutoff}, kNoTexture);
         if (!is_new) return known->second;
@@ -126,34 +127,21 @@ private:
         return s == kClampToEdge;
     }
 
-    /// Nothing, and a warning, for an image that is not there.
-    std::optional<TextureFile> find_image(const JsonAt& image) {
+    TextureFile find_image(const JsonAt& image) {
         const auto uri = image.find("uri");
         if (!uri) return find_in_buffer(image);
-        try {
-            if (std::optional<std::string> data = data_of_uri(*uri)) {
-                if (data->empty()) uri->fail("has no bytes");
-                return TextureFile{
-                    .path = file_.path().native(),
-                    .size = data->size(),
-                    .place = uri->path(),
-                    .content = std::make_shared<const std::string>(std::move(*data))};
-            }
-            return TextureFile{.path = file_of_uri(*uri, file_.path()).native()};
-        } catch (const Error& error) {
-            if (error.kind() != ErrorKind::kBadInput) throw;
-            const std::string text = as_warning(error, file_.name()).text;
-            odd_.add([&] { return Warning{file_.name(), text + kLeftOut}; });
-            return std::nullopt;
-        }
+        std::optional<std::string> data = data_of_uri(*uri);
+        if (!data) return {.path = file_of_uri(*uri, file_.path()).native()};
+        if (data->empty()) uri->fail("has no bytes");
+        return {.path = file_.path().native(),
+                .size = data->size(),
+                .place = uri->path(),
+                .content = std::make_shared<const std::string>(std::move(*data))};
     }
 
-    std::optional<TextureFile> find_in_buffer(const JsonAt& image) {
+    TextureFile find_in_buffer(const JsonAt& image) {
         const View view = file_.view(image.at("bufferView"));
-        if (view.bytes.empty()) {
-            warn(image, fmt::format("has no bytes{}", kLeftOut));
-            return std::nullopt;
-        }
+        if (view.bytes.empty()) image.fail("has no bytes");
         const Buffer& buffer = view.buffer;
         return TextureFile{.path = (buffer.data ? file_.path() : buffer.file).native(),
                            .offset = buffer.offset_in_file + view.offset,

@@ -103,7 +103,7 @@ public:
     /// Gives the warnings, once all meshes have been read.
     void finish() const {
         for (const WarningCount* count :
-             {&left_out_, &not_finite_, &unweighted_, &without_texcoords_})
+             {&left_out_, &not_finite_, &unweighted_, &without_texcoords_, &appearance_})
             count->tell(options_.warn);
     }
 
@@ -127,10 +127,15 @@ private:
         primitive.vertex_set = known->second;
         const std::size_t vertex_count = mesh.sets[primitive.vertex_set].positions.size();
         primitive.triangles = read_triangles(at, mode, vertex_count);
-        primitive.material = at.index_or_none("material", materials_.materials.size(), "materials");
-        if (const auto normal = attributes.find("NORMAL"))
-            primitive.normals = read_vectors(*normal, vertex_count);
-        primitive.texcoords = read_texcoords(attributes, primitive, vertex_count);
+        appearance_.catch_fault(file_.name(), "; left out", [&] {
+            primitive.material =
+                at.index_or_none("material", materials_.materials.size(), "materials");
+            if (const auto normal = attributes.find("NORMAL"))
+                primitive.normals = read_vectors(*normal, vertex_count);
+            primitive.texcoords = read_texcoords(attributes, primitive, vertex_count);
+            if (const auto colours = attributes.find("COLOR_0"))
+                colours->fail("colours of vertices are not read");
+        });
         mesh.primitives.push_back(std::move(primitive));
     }
 
@@ -252,6 +257,7 @@ private:
     WarningCount not_finite_;
     WarningCount unweighted_;
     WarningCount without_texcoords_;
+    WarningCount appearance_;
 };
 
 }  // namespace

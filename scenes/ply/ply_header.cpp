@@ -131,7 +131,7 @@ private:
         PlyProperty property{std::string(words.back()), type, count_type};
         PlyElement& element = header_.elements.back();
         property.has_corners =
-            element.name == "face" && is_list && type->is_integer &&
+            element.may_have_faces() && is_list && type->is_integer &&
             (property.name == "vertex_indices" || property.name == "vertex_index");
         element.properties.push_back(std::move(property));
     }
@@ -145,7 +145,7 @@ private:
     void require_meaning(const PlyElement& element) const {
         if (element.name == "vertex" && !element.has(kPlyPosition))
             fail_at(element.line, "vertices without x, y or z; write the file again");
-        if (element.name == "face" && element.count > 0 && !element.has_faces()) {
+        if (element.may_have_faces() && element.count > 0 && !element.has_faces()) {
             fail_at(element.line,
                     "faces without vertex_indices or vertex_index, a list of integers; write the "
                     "file again with corners");

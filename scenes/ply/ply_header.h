@@ -27,7 +27,7 @@ struct PlyProperty {
     const PlyType* type;
     /// A list has a type for the number of its entries; a scalar has null.
     const PlyType* count_type = nullptr;
-    /// True for a list of the corners of a face.
+    /// True for a list of the corners of a face, or of strips.
     bool has_corners = false;
 
     const PlyType& first_type() const { return count_type != nullptr ? *count_type : *type; }
@@ -51,6 +51,7 @@ struct PlyElement {
             });
         });
     }
+    bool may_have_faces() const { return name == "face" || name == "tristrips"; }
     bool has_faces() const { return std::ranges::any_of(properties, &PlyProperty::has_corners); }
 };
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,7 +21,8 @@ namespace mray {
 namespace {
 
 constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
-constexpr PlyAxes kColours = {"red", "green", "blue"};
+constexpr PlyAxes kColours[] = {
+    {"red", "green", "blue"}, {"r", "g", "b"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}};
 
 /// The values after the header: rows of text, blank ones left out, or bytes in either order.
 class PlyValues {
@@ -155,7 +156,7 @@ public:
 
     FileMesh read() {
         for (const PlyElement& element : header_.elements)
-            if (element.name == "vertex") make_columns(element);
+            if (element.name == "vertex") find_columns(element);
         for (const PlyElement& element : header_.elements) read_element(element);
         values_.skip_blank_lines();
         if (values_.left() > 0 && options_.warn) {
@@ -163,71 +164,90 @@ public:
                 {name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
         }
         rules_.tell(options_.warn);
+        clamped_.tell(options_.warn);
         set_positions(mesh_, positions_, options_);
         if (has_normals_) number_corners();
         return std::move(mesh_);
     }
 
 private:
-    /// Where a scalar of a vertex goes, if it is read.
+    /// Where a scalar of a vertex or face goes, if it is read.
     struct Column {
         double* number = nullptr;
-        bool is_byte_colour = false;
+        /// The number of a full colour: 1 of a linear one, above of one as in images; 0: no colour.
+        double full = 0;
     };
 
-    void make_columns(const PlyElement& vertices) {
+    void find_columns(const PlyElement& vertices) {
         vertex_count_ = static_cast<std::size_t>(vertices.count);
         positions_.reserve(vertex_count_);
-        columns_.resize(vertices.properties.size());
-        add_columns(vertices, kPlyPosition, position_);
-        if (options_.positions_only) return;
-        has_normals_ = add_columns(vertices, kNormalAxes, normal_);
-        has_colours_ = add_columns(vertices, kColours, colour_, true);
+        has_normals_ = !options_.positions_only && vertices.has(kNormalAxes);
+        has_colours_ = colours_of(vertices) != nullptr;
     }
-    /// Returns whether the vertices have all three.
-    bool add_columns(const PlyElement& vertices, const PlyAxes& axes, glm::dvec3& vector,
+    /// The names that an element gives its colours; null if they are not read.
+    const PlyAxes* colours_of(const PlyElement& element) const {
+        const auto* const found =
+            std::ranges::find_if(kColours, [&](const PlyAxes& axes) { return element.has(axes); });
+        return options_.positions_only || found == std::end(kColours) ? nullptr : found;
+    }
+    void add_columns(const PlyElement& element, const PlyAxes& axes, glm::dvec3& vector,
                      bool are_colours = false) {
-        if (!vertices.has(axes)) return false;
         for (std::size_t i = 0; i < columns_.size(); ++i) {
-            const PlyProperty& property = vertices.properties[i];
+            const PlyProperty& property = element.properties[i];
             const auto* const axis = std::ranges::find(axes, property.name);
             if (axis == axes.end() || property.count_type != nullptr) continue;
-            columns_[i] = {&vector[static_cast<int>(axis - axes.begin())],
-                           are_colours && property.type->is_integer};
+            columns_[i].number = &vector[static_cast<int>(axis - axes.begin())];
+            if (!are_colours) continue;
+            const bool is_wide = property.type->names[0] == "ushort";
+            columns_[i].full = !property.type->is_integer ? 1 : is_wide ? 65535 : 255;
         }
-        return true;
     }
 
     void read_element(const PlyElement& element) {
         if (element.properties.empty()) return;
         const bool is_vertex = element.name == "vertex";
         const bool is_read = is_vertex || element.has_faces();
+        const bool are_strips = element.name == "tristrips";
+        columns_.assign(element.properties.size(), {});
+        if (is_vertex) add_columns(element, kPlyPosition, position_);
+        if (is_vertex && has_normals_) add_columns(element, kNormalAxes, normal_);
+        const PlyAxes* const colours =
+            is_vertex || (is_read && !has_colours_) ? colours_of(element) : nullptr;
+        if (colours != nullptr) add_columns(element, *colours, colour_, true);
+        if (colours != nullptr && !is_vertex) set_faces_albedo(kClay);
         for (std::uint64_t item = 0; item < element.count; ++item) {
             values_.begin(element, item);
             if (values_.is_text() && !is_read) continue;
             for (std::size_t i = 0; i < element.properties.size(); ++i) {
                 const PlyProperty& property = element.properties[i];
                 if (property.count_type != nullptr)
-                    read_list(property);
-                else if (is_vertex && columns_[i].number != nullptr)
+                    read_list(property, are_strips);
+                else if (columns_[i].number != nullptr)
                     read_number(columns_[i], *property.type);
                 else
                     values_.skip(*property.type);
             }
             values_.end();
-            if (is_vertex) add_vertex();
+            if (is_vertex) {
+                add_vertex();
+            } else if (colours != nullptr) {
+                const vec3 colour(colour_);
+                set_faces_albedo(albedo_of(colour.x, colour.y, colour.z));
+            }
         }
+    }
+
+    /// Of those that have none yet.
+    void set_faces_albedo(Albedo albedo) {
+        mesh_.albedo.resize(mesh_.faces.corner_counts.size(), albedo);
     }
 
     void read_number(const Column& column, const PlyType& type) {
         double& number = *column.number;
         number = values_.number(type);
-        if (!column.is_byte_colour) return;
-        if (!(number >= 0 && number <= 255))
-            values_.fail(fmt::format("colour {} is not from 0 to 255; repair it", number));
-        // As those of images, whose squares are linear.
-        const float channel = static_cast<float>(number) / 255.0f;
-        number = static_cast<double>(channel * channel);
+        if (column.full == 0) return;
+        number = channel_of(number, column.full, clamped_, place_);
+        if (column.full > 1) number = linear_of(number);
     }
 
     void add_vertex() {
@@ -235,15 +255,13 @@ private:
             const double value = position_[axis];
             if (!MeshRules::is_good(value))
                 rules_.take_bad_coordinate(value, fmt::format("{}", value), place_);
-            if (has_colours_ && !(std::abs(colour_[axis]) <= kMaxCoordinate))
-                values_.fail("colour of a vertex is not finite or beyond 1e30; repair it");
         }
         positions_.push_back(position_);
         if (has_normals_) normals_.push_back(Origin().to_world(normal_));
         if (has_colours_) mesh_.vertex_colours.emplace_back(colour_);
     }
 
-    void read_list(const PlyProperty& property) {
+    void read_list(const PlyProperty& property, bool are_strips) {
         const std::int64_t count = values_.integer(*property.count_type);
         if (count < 0) values_.fail(fmt::format("list of {} entries; is the header right?", count));
         corners_.clear();
@@ -253,7 +271,27 @@ private:
             else
                 values_.skip(*property.type);
         }
-        if (property.has_corners) add_face();
+        if (!property.has_corners) return;
+        if (are_strips)
+            add_strips();
+        else
+            add_face();
+    }
+    /// -1 ends a strip. Every second triangle is turned, so that a strip has one outside.
+    void add_strips() {
+        const std::vector<std::int64_t> strips = std::exchange(corners_, {});
+        std::size_t first = 0;
+        for (std::size_t i = 0; i <= strips.size(); ++i) {
+            const std::size_t length = i - first;
+            if (i == strips.size() || strips[i] == -1) {
+                if (length > 0) rules_.keeps_face(length, false, place_);
+                first = i + 1;
+            } else if (length >= 2) {
+                const std::size_t turn = length % 2;
+                corners_ = {strips[i - 2 + turn], strips[i - 1 - turn], strips[i]};
+                add_face();
+            }
+        }
     }
     void add_face() {
         if (!rules_.keeps_face(corners_.size(), false, place_)) return;
@@ -295,8 +333,9 @@ private:
     glm::dvec3 colour_ = {};
     std::vector<glm::dvec3> positions_;
     std::vector<vec3> normals_;
-    /// One for each property of the vertices.
+    /// One for each property of the element that is read.
     std::vector<Column> columns_;
+    WarningCount clamped_;
     std::vector<std::int64_t> corners_;
 };
 
@@ -306,6 +345,10 @@ FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& opti
     const std::string name = escape(path);
     const std::string text = read_input_file(path);
     const PlyHeader header = parse_ply_header(text, name);
+    // As MeshLab writes it.
+    const std::size_t texture = text.find("\ncomment TextureFile ");
+    if (texture < header.size && options.warn && !options.positions_only)
+        options.warn({name, "textures of PLY files are not read; faces have their colours alone"});
     FileMesh mesh = PlyReader(text, header, name, options).read();
     require_faces(mesh, name, "a mesh with faces");
     return mesh;

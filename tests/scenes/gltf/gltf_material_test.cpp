@@ -1,6 +1,8 @@
 // Materials and textures of glTF files.
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "scenes/mesh/mesh_file.h"
 #include "tests/scenes/gltf/gltf_builder.h"
 #include "tests/scenes/gltf/opened_gltf.h"
@@ -95,6 +97,39 @@ TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
                                            warning + "; its triangles have their colour alone"),
                   std::string::npos)
             << scene.warnings()[0];
+    }
+}
+
+TEST(GltfMaterials, WhatDoesNotFitIsLeftOutAndItsTrianglesAreNot) {
+    const std::vector<std::pair<std::function<void(Json&)>, const char*>> changes = {
+        {[](Json& j) { j["meshes"][0]["primitives"][0]["material"] = 7; },
+         "primitives[0].material: is 7, but there are 1 materials; left out"},
+        {[](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 9; },
+         "attributes.NORMAL: is 9, but there are 2 accessors; left out"},
+        {[](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 0; },
+         "accessors[0].type: must be VEC2 here; left out"},
+        {[](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 0; },
+         "attributes.COLOR_0: colours of vertices are not read; left out"},
+        {[](Json& j) { j["textures"][0]["source"] = 3; }, "textures[0].source: is 3, but there"},
+        {[](Json& j) { j["textures"][0]["sampler"] = 3; }, "textures[0].sampler: is 3, but there"},
+        {[](Json& j) {
+             j["images"][0] = {{"bufferView", 99}};
+         },
+         "images[0].bufferView: is 99"},
+        {[](Json& j) { j["images"][0] = 5; }, "images[0]: must be an object"},
+        {[](Json& j) { j["materials"][0] = Json::array(); }, "materials[0]: must be an object"},
+        {[](Json& j) { j["materials"][0]["alphaMode"] = 1; },
+         "materials[0].alphaMode: must be a string; its triangles have their colour alone"}};
+    GltfBuilder builder = textured_triangle();
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
+    const Json good = Json::parse(builder.gltf());
+    for (const auto& [change, warning] : changes) {
+        Json json = good;
+        change(json);
+        const OpenedGltf scene(json.dump());
+        EXPECT_EQ(scene.animation().topology().triangles.size(), 1u);
+        ASSERT_EQ(scene.warnings().size(), 1u) << warning;
+        EXPECT_NE(scene.warnings()[0].find(warning), std::string::npos) << scene.warnings()[0];
     }
 }
 

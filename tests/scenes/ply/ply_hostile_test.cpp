@@ -179,16 +179,16 @@ const std::vector<BadFile> kBadFiles = {
          {ply_vertices({{0, 0, 0}, {0, std::numeric_limits<double>::infinity(), 0}, {0, 1, 0}}),
           kFace}),
      ": byte 178: coordinate 'inf' is not finite"},
-    {"colour_text_256",
-     text_header("element vertex 1\n" + kCoordinates +
-                 "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
-         "0 0 0 1 256 3\n",
-     ":11: colour 256 is not from 0 to 255"},
-    {"colour_not_finite",
-     text_header("element vertex 1\n" + kCoordinates +
-                 "property float red\nproperty float green\nproperty float blue\n") +
-         "0 0 0 1 nan 3\n",
-     ":11: colour of a vertex is not finite"},
+    {"strip_index_too_large",
+     text_header("element vertex 3\n" + kCoordinates +
+                 "element tristrips 1\nproperty list uchar int vertex_indices\n") +
+         kRows + "4 0 1 2 3\n",
+     ":13: vertex 3 of 3"},
+    {"strip_of_one",
+     text_header("element vertex 3\n" + kCoordinates +
+                 "element tristrips 1\nproperty list uchar int vertex_indices\n") +
+         kRows + "5 0 1 2 -1 0\n",
+     ":13: face of 1 corner"},
 };
 
 TEST(PlyHostile, BadFilesAreRefusedWithPlaceAndReason) {

@@ -1,0 +1,172 @@
+// Files of reports by users of other tools: which triangles and colours they have.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "scenes/animation.h"
+#include "scenes/mesh/mesh_file.h"
+#include "tests/scenes/ply/ply_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace mray::test {
+namespace {
+
+constexpr Albedo kRed = 0x0000FF;
+
+struct Opened {
+    std::unique_ptr<Animation> animation;
+    std::vector<std::string> warnings;
+
+    const std::vector<uvec3>& triangles() const { return animation->topology().triangles; }
+    const std::vector<Albedo>& albedo() const { return animation->topology().albedo; }
+};
+
+Opened open(const TemporaryFolder& folder, const char* name, const std::string& bytes) {
+    Opened opened;
+    const std::string path = folder.write(name, bytes).native();
+    opened.animation = open_scene(
+        path, {.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); }});
+    return opened;
+}
+/// All warnings.
+std::string text(const Opened& opened) {
+    return fmt::format("{}", fmt::join(opened.warnings, "\n"));
+}
+
+const std::vector<std::vector<double>> kPoints = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0},  {1, 1, 0},
+                                                  {2, 0, -1}, {3, 0, -1}, {2, 1, -1}, {3, 1, -1}};
+
+TEST(FileReports, Assimp6296StripsOfPlyFilesAreTriangles) {
+    const TemporaryFolder folder;
+    const PlyPart strips = {
+        "tristrips", {"list int int vertex_indices"}, {{9, 0, 1, 2, 3, -1, 4, 5, 6, 7}}};
+    const std::vector<uvec3> second = {{4, 5, 6}, {6, 5, 7}};
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        SCOPED_TRACE(ply_format(encoding));
+        const PlyPart points = ply_vertices(kPoints);
+        const Opened both = open(folder, "a.ply", ply(encoding, {points, strips}));
+        EXPECT_EQ(both.triangles(),
+                  (std::vector<uvec3>{{0, 1, 2}, {2, 1, 3}, second[0], second[1]}));
+        EXPECT_TRUE(both.warnings.empty()) << text(both);
+        // A strip beside a face, with a triangle without area.
+        const PlyPart strip = {"tristrips",
+                               {"uchar flags", "list uint short vertex_indices"},
+                               {{7, 9, -1, -1, 4, 5, 6, 7, 7, -1, -1}}};
+        const PlyPart face = ply_faces({{3, 0, 1, 2}});
+        EXPECT_EQ(open(folder, "b.ply", ply(encoding, {points, face, strip})).triangles(),
+                  (std::vector<uvec3>{{0, 1, 2}, second[0], second[1], {6, 7, 7}}));
+        EXPECT_EQ(open(folder, "c.ply", ply(encoding, {strip, points, face})).triangles().size(),
+                  4u);
+    }
+}
+
+/// A square of this colour in linear floats, of vertices or of faces.
+std::string coloured_square(const std::string& type, const std::vector<std::string>& names,
+                            const std::vector<double>& colour, bool of_faces = false) {
+    PlyPart vertices = ply_vertices({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+    PlyPart faces = ply_faces({{3, 0, 1, 2}, {2, 0, 1}, {3, 0, 2, 3}});
+    PlyPart& part = of_faces ? faces : vertices;
+    for (const std::string& name : names) part.properties.push_back(type + ' ' + name);
+    for (std::vector<double>& item : part.items)
+        item.insert(item.end(), colour.begin(), colour.end());
+    return ply(PlyEncoding::kText, {vertices, faces});
+}
+
+TEST(FileReports, Assimp669ColoursOfPlyFilesInEverySpelling) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> names = {"red", "green", "blue"};
+    // (128 / 255)^2 * 255 and (64 / 255)^2 * 255.
+    const std::vector<Albedo> right(2, 64u | 16u << 8);
+    const auto colours = [&](const std::string& bytes) {
+        const Opened opened = open(folder, "a.ply", bytes);
+        EXPECT_EQ(opened.triangles().size(), 2u);
+        return opened.albedo();
+    };
+    EXPECT_EQ(colours(coloured_square("uchar", names, {128, 64, 0})), right);
+    EXPECT_EQ(colours(coloured_square("ushort", names, {128 * 257, 64 * 257, 0})), right);
+    EXPECT_EQ(colours(coloured_square("short", names, {128, 64, 0})), right);
+    EXPECT_EQ(colours(coloured_square("float", names, {0.2520, 0.0630, 0})), right);
+    EXPECT_EQ(colours(coloured_square("uchar", {"r", "g", "b"}, {128, 64, 0})), right);
+    EXPECT_EQ(colours(coloured_square("uchar", {"diffuse_red", "diffuse_green", "diffuse_blue"},
+                                      {128, 64, 0})),
+              right);
+    EXPECT_EQ(colours(coloured_square("uchar", names, {128, 64, 0}, true)), right);
+}
+
+TEST(FileReports, Assimp669ColoursOutOfRangeAreWarnings) {
+    const TemporaryFolder folder;
+    for (const auto& [type, value, warning] :
+         {std::tuple("float", 128.0, "a.ply:13: warning: colour 128 is not from 0 to 1; clamped"),
+          std::tuple("int", 256.0, "a.ply:13: warning: colour 256 is not from 0 to 255; clamped"),
+          std::tuple("double", std::nan(""),
+                     "a.ply:13: warning: colour nan is not from 0 to 1; clamped")}) {
+        const Opened opened =
+            open(folder, "a.ply", coloured_square(type, {"red", "green", "blue"}, {value, 0, 0}));
+        EXPECT_EQ(opened.albedo(), std::vector<Albedo>(2, std::isnan(value) ? 0 : kRed));
+        EXPECT_NE(text(opened).find(warning), std::string::npos) << text(opened);
+    }
+    std::string textured = coloured_square("uchar", {"q", "r", "s"}, {0, 0, 0});
+    textured.insert(textured.find("element"), "comment TextureFile a.png\n");
+    EXPECT_NE(text(open(folder, "a.ply", textured)).find("textures of PLY files"),
+              std::string::npos);
+}
+
+/// A square with these words after the coordinates of each vertex.
+std::string obj_square(const std::string& more) {
+    return fmt::format("v -1 -1 0{0}\nv 1 -1 0{0}\nv 1 1 0{0}\nv -1 1 0{0}\nf 1 2 3 4\n", more);
+}
+
+TEST(FileReports, Three11422ColoursOfVerticesInObjFiles) {
+    const TemporaryFolder folder;
+    const auto opened = [&](const std::string& file) { return open(folder, "a.obj", file); };
+    EXPECT_EQ(opened(obj_square(" 1 0 0")).albedo(), std::vector<Albedo>(2, kRed));
+    // As in images.
+    EXPECT_EQ(opened(obj_square(" 0.5 0 0")).albedo(), std::vector<Albedo>(2, 64));
+    const std::string painted = obj_square("") + "#MRGB FFff0000ffFF0000\n#MRGB 00FF000000FF0000\n";
+    EXPECT_EQ(opened(painted).albedo(), std::vector<Albedo>(2, kRed));
+    for (const char* weight : {"", " 1", " 2"}) {
+        EXPECT_EQ(opened(obj_square(weight)).albedo(), std::vector<Albedo>(2, kClay));
+        EXPECT_TRUE(opened(obj_square(weight)).warnings.empty());
+    }
+    for (const auto& [file, warning] :
+         {std::pair(obj_square(" 1 0"), "a.obj:1: warning: vertex of 5 numbers"),
+          std::pair(obj_square(" 1 0 0 1"), "a.obj:1: warning: vertex of 7 numbers"),
+          std::pair(obj_square(" 255 0 0"), "a.obj:1: warning: colour 255 is not from 0 to 1"),
+          std::pair(obj_square("") + "#MRGB FFFF0000\n", "#MRGB has 1 colours for 4 vertices")})
+        EXPECT_NE(text(opened(file)).find(warning), std::string::npos) << text(opened(file));
+    // Materials decide where there are some.
+    folder.write("a.mtl", "newmtl green\nKd 0 1 0\n");
+    const std::string mixed = obj_square(" 1 0 0") + "mtllib a.mtl\nusemtl green\nf 1 2 3\n";
+    EXPECT_EQ(opened(mixed).albedo(), (std::vector<Albedo>{kRed, kRed, 0x00FF00}));
+}
+
+TEST(FileReports, Meshlab66NamesOfLibrariesWithBlanksAndBackslashes) {
+    const TemporaryFolder folder;
+    folder.write("barn wall v2.mtl", "newmtl paint\nKd 1 0 0\n");
+    folder.write("lib/one.mtl", "newmtl paint\nKd 1 0 0\n");
+    folder.write("two.mtl", "newmtl other\nKd 0 1 0\n");
+    for (const char* names :
+         {"barn wall v2.mtl", "\"barn wall v2.mtl\"", "barn\\ wall\\ v2.mtl ", ".\\lib\\one.mtl",
+          "two.mtl lib/one.mtl", "two.mtl lib\\one.mtl # both", "C:\\x\\two.mtl .\\lib\\one.mtl"}) {
+        const Opened opened =
+            open(folder, "a.obj", fmt::format("mtllib {}\nusemtl paint\n", names) + obj_square(""));
+        EXPECT_EQ(opened.albedo(), std::vector<Albedo>(2, kRed)) << names;
+        EXPECT_TRUE(opened.warnings.empty()) << names << ": " << text(opened);
+    }
+    // What cannot be read is a warning: a triangle needs no colour.
+    folder.write("bad.mtl", std::string("newmtl paint\n\0\1", 15));
+    const Opened bad = open(folder, "a.obj", "mtllib bad.mtl none.mtl\n" + obj_square(""));
+    EXPECT_EQ(bad.warnings.size(), 1u);
+    EXPECT_NE(text(bad).find("control character 0x00"), std::string::npos) << text(bad);
+    EXPECT_NE(text(bad).find("its materials are clay (and 1 more)"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mray::test
