@@ -71,10 +71,7 @@ void add_trace(CommandAdder& adder) {
                 "mesh (once), each, or one of those that it passes through (owner)",
                 kCrossings, options.hit_lists.crossing)
                 ->needs(all);
-            return [&options] {
-                options.source.lenient = true;
-                refuse_idle_device(options.backend);
-            };
+            return [&options] { refuse_idle_device(options.backend); };
         });
 }
 

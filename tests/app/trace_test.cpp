@@ -194,7 +194,7 @@ TEST(Trace, TrianglesThatAreNotFiniteAreWarnedAboutAndNeverHit) {
     TemporaryFolder folder;
     const std::string scene =
         folder.write("t.obj", unit_triangle() + "v nan 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\nf 1 2 4\n");
-    const Outcome outcome = trace(scene, "0.25 0.25 2 0 0 -1\n");
+    const Outcome outcome = trace(scene, "0.25 0.25 2 0 0 -1\n", {"--lenient"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "H 2 0 0.25 0.25\n");
     EXPECT_NE(outcome.err.find("2 of 3 triangles are not finite"), std::string::npos)
