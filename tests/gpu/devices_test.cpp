@@ -39,7 +39,8 @@ gpu::DeviceInfo info(std::uint32_t index, const char* name, const char* type,
     d.index = index;
     d.name = name;
     d.type = type;
-    d.uuid = std::string(31, '0') + static_cast<char>('1' + index);
+    d.uuid = std::string(32, '0');
+    d.uuid.back() = static_cast<char>('1' + index);
     d.unusable = unusable;
     return d;
 }
