@@ -116,9 +116,9 @@ set_up() {
     : >"$log"
     install_missing "$@"
     configure "$tests"
-    # On a terminal ninja shows its steps in one line.
+    # On a terminal ninja shows its steps in one line, elsewhere those of a first build in many.
     local quiet=()
-    [ -t 2 ] || quiet=(--quiet)
+    [ -t 2 ] || [ ! -e "$build/bin/morphray" ] || quiet=(--quiet)
     (cd "$build" && ninja "${quiet[@]}" "${targets[@]}") </dev/null >&2 || {
         say "the build failed"
         exit 70

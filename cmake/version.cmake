@@ -5,7 +5,8 @@ set(VERSION_DETAIL ${VERSION})
 cmake_path(GET ROOT PARENT_PATH above)
 set(ENV{GIT_CEILING_DIRECTORIES} ${above})
 execute_process(
-    COMMAND git describe --tags --always --dirty
+    # The checkout of another user, as root of a container finds it, is built all the same.
+    COMMAND git -c safe.directory=* describe --tags --always --dirty
     WORKING_DIRECTORY ${ROOT}
     RESULT_VARIABLE result OUTPUT_VARIABLE commit
     OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
