@@ -1,13 +1,17 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
+#include <new>
 
 #include "app/backends/backends.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/terminal/failure.h"
+#include "common/base/errors.h"
 
 namespace mray::app {
 namespace {
@@ -29,6 +33,21 @@ void hold_standard_descriptors() {
 #else
     std::_Exit(static_cast<int>(code));
 #endif
+}
+
+/// Memory also runs out where nothing may be thrown: in functions of CLI11, when JSON is freed, and
+/// before main().
+[[gnu::constructor(101)]] void end_without_memory() {
+    std::set_new_handler([] {
+        is_out_of_memory = true;
+        throw std::bad_alloc();
+    });
+    std::set_terminate([] {
+        if (!is_out_of_memory) std::abort();
+        // Takes no memory.
+        std::fprintf(stderr, "morphray: %s\n", kOutOfMemory);
+        std::_Exit(static_cast<int>(ExitCode::kLimit));
+    });
 }
 
 ExitCode run_program(const std::vector<std::string>& arguments) {

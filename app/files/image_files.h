@@ -26,6 +26,10 @@ struct ImageLimits {
                  std::uint64_t height) const;
 };
 
+/// Throws Error(kBadInput), or std::bad_alloc if a decoder says so of memory. `format`: "PNG".
+[[noreturn]] void refuse_image(const std::filesystem::path& path, const char* format,
+                               const std::string& what);
+
 bool is_png(std::string_view bytes);
 
 /// An image and the texts that stand before its pixels.

@@ -18,12 +18,6 @@ constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
 constexpr int kFlags =
     TJFLAG_ACCURATEDCT | TJFLAG_FASTUPSAMPLE | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
-    throw Error(ErrorKind::kBadInput,
-                "{}: is not a JPEG file that can be read ({}); give another file", escape(path),
-                what);
-}
-
 }  // namespace
 
 bool is_jpeg(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
@@ -39,18 +33,18 @@ Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
     int colours = 0;
     if (tjDecompressHeader3(reader.get(), data, bytes.size(), &width, &height, &subsampling,
                             &colours) != 0)
-        refuse(path, tjGetErrorStr2(reader.get()));
+        refuse_image(path, "JPEG", tjGetErrorStr2(reader.get()));
     if (colours == TJCS_CMYK || colours == TJCS_YCCK)
-        refuse(path, "its colours are not grey, RGB or YCbCr; save as RGB");
+        refuse_image(path, "JPEG", "its colours are not grey, RGB or YCbCr; save as RGB");
     Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
     limits.require(path, image.width, image.height);
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
-    if (pixels / kMostPixelsPerByte > bytes.size()) refuse(path, "it ends too early");
+    if (pixels / kMostPixelsPerByte > bytes.size()) refuse_image(path, "JPEG", "it ends too early");
     image.pixels.resize(pixels);
     if (tjDecompress2(reader.get(), data, bytes.size(),
                       reinterpret_cast<unsigned char*>(image.pixels.data()), width, 0, height,
                       TJPF_RGBA, kFlags) != 0)
-        refuse(path, tjGetErrorStr2(reader.get()));
+        refuse_image(path, "JPEG", tjGetErrorStr2(reader.get()));
     return image;
 }
 

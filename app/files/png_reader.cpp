@@ -115,31 +115,26 @@ bool is_cut(std::string_view bytes) {
     return true;
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
-    throw Error(ErrorKind::kBadInput,
-                "{}: is not a PNG file that can be read ({}); give another file", escape(path),
-                what);
-}
-
 }  // namespace
 
 bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
 PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
                    const ImageLimits& limits) {
-    if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
+    if (is_png(bytes) && is_cut(bytes)) refuse_image(path, "PNG", "it ends too early");
     PngReader reader(bytes);
-    if (!reader.read_head()) refuse(path, reader.error());
+    if (!reader.read_head()) refuse_image(path, "PNG", reader.error());
     Image image{reader.width(), reader.height(), {}};
     // libpng takes a few rows.
     limits.require(path, image.width, image.height);
-    if (reader.stored_bytes() / kMostCompression > bytes.size()) refuse(path, "it ends too early");
+    if (reader.stored_bytes() / kMostCompression > bytes.size())
+        refuse_image(path, "PNG", "it ends too early");
     image.pixels.resize(std::size_t{image.width} * image.height);
     std::vector<png_bytep> rows;
     for (std::uint32_t y = 0; y < image.height; ++y)
         rows.push_back(
             reinterpret_cast<png_bytep>(image.pixels.data() + std::size_t{y} * image.width));
-    if (!reader.read_pixels(rows.data())) refuse(path, reader.error());
+    if (!reader.read_pixels(rows.data())) refuse_image(path, "PNG", reader.error());
     return {std::move(image), reader.texts()};
 }
 

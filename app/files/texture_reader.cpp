@@ -43,6 +43,13 @@ void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width
     }
 }
 
+void refuse_image(const std::filesystem::path& path, const char* format, const std::string& what) {
+    if (what.find("memory") != std::string::npos) throw std::bad_alloc();
+    throw Error(ErrorKind::kBadInput,
+                "{}: is not a {} file that can be read ({}); give another file", escape(path),
+                format, what);
+}
+
 std::string texture_bytes(const TextureFile& file) {
     if (file.content) {
         require_part(file, file.content->size());

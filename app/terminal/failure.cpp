@@ -67,16 +67,18 @@ Failure describe_failure(const std::exception_ptr& failure) {
     } catch (const Error& error) {
         return {message_of(error), exit_code_of(error.kind())};
     } catch (const std::bad_alloc&) {
-        return {"out of memory; choose a smaller scene or image, or raise the limit",
-                ExitCode::kLimit};
+        return {kOutOfMemory, ExitCode::kLimit};
     } catch (const std::length_error&) {
         return {"something is larger than memory can be; choose a smaller scene or image",
                 ExitCode::kLimit};
     } catch (const std::exception& error) {
+        if (is_out_of_threads(error)) return {kOutOfThreads, ExitCode::kLimit};
         internal = error.what();
     } catch (...) {
         internal = "unknown exception";
     }
+    // OpenEXR gives it names of its own.
+    if (is_out_of_memory) return {kOutOfMemory, ExitCode::kLimit};
     return {fmt::format("internal error: {}; please report it", internal), ExitCode::kInternal};
 }
 

@@ -54,6 +54,9 @@ struct Failure {
     ExitCode code = ExitCode::kOk;
 };
 
+/// Whether an allocation has failed.
+inline std::atomic<bool> is_out_of_memory = false;
+
 Failure describe_failure(const std::exception_ptr& failure);
 
 /// The first signal sets the flag, the second ends the process. Ignored ones (nohup) stay so.

@@ -3,11 +3,13 @@
 
 #include <fmt/core.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace mray {
@@ -47,6 +49,16 @@ private:
     ErrorKind kind_;
     Hint hint_;
 };
+
+inline constexpr const char* kOutOfMemory =
+    "out of memory; choose a smaller scene or image, or raise the limit";
+inline constexpr const char* kOutOfThreads =
+    "no more threads can be started; ask for fewer, or raise the limit";
+
+/// Whether the system starts no more threads, which oneTBB says in its text alone.
+inline bool is_out_of_threads(const std::exception& error) {
+    return std::string_view(error.what()).ends_with(std::generic_category().message(EAGAIN));
+}
 
 struct Warning {
     /// "file" or "file:line"; empty where there is no file.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <climits>
+#include <new>
 #include <system_error>
 
 #include "common/base/errors.h"
@@ -30,6 +31,8 @@ std::string why_not_opened(int error) {
         case EACCES:
         case EPERM:
             return "may not be read; check its permissions";
+        case ENOMEM:
+            throw std::bad_alloc();
         default:
             return fmt::format("cannot be opened: {}; check the path",
                                std::generic_category().message(error));
@@ -37,7 +40,7 @@ std::string why_not_opened(int error) {
 }
 
 [[noreturn]] void fail_not_regular(const fs::path& path) {
-    fail(path, "is a pipe or device; give a regular file");
+    fail(path, "is a pipe or device; give a file, or - for stdin where FILE|- is possible");
 }
 
 }  // namespace

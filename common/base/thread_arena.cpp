@@ -1,6 +1,5 @@
 #include "common/base/thread_arena.h"
 
-#include <map>
 #include <mutex>
 #include <utility>
 
@@ -10,7 +9,7 @@ namespace {
 /// Arenas that no ThreadArena uses, by their size. They are at most as many as were in use at once.
 struct IdleArenas {
     std::mutex mutex;
-    std::multimap<int, std::unique_ptr<tbb::task_arena>> arenas;
+    ThreadArenas arenas;
 };
 
 /// Is never destroyed: scenes of other static objects may be destroyed later.
@@ -19,26 +18,27 @@ IdleArenas& idle_arenas() {
     return *idle;
 }
 
-std::unique_ptr<tbb::task_arena> take_arena(int size) {
+ThreadArenas::node_type take_arena(int size) {
     const std::scoped_lock lock(idle_arenas().mutex);
-    auto found = idle_arenas().arenas.extract(size);
-    return found.empty() ? std::make_unique<tbb::task_arena>(size) : std::move(found.mapped());
+    ThreadArenas& arenas = idle_arenas().arenas;
+    auto found = arenas.extract(size);
+    return found.empty() ? arenas.extract(arenas.emplace(size, size)) : std::move(found);
 }
 
 }  // namespace
 
 ThreadArena::ThreadArena(int threads)
-    : size_(threads > 0 ? threads : tbb::task_arena::automatic), arena_(take_arena(size_)) {
+    : arena_(take_arena(threads > 0 ? threads : tbb::task_arena::automatic)) {
     using tbb::global_control;
     const auto cores = global_control::active_value(global_control::max_allowed_parallelism);
-    const auto wanted = static_cast<std::size_t>(arena_->max_concurrency());
+    const auto wanted = static_cast<std::size_t>(this->threads());
     if (wanted > cores) allow_.emplace(global_control::max_allowed_parallelism, wanted);
 }
 
 ThreadArena::~ThreadArena() {
     allow_.reset();
     const std::scoped_lock lock(idle_arenas().mutex);
-    idle_arenas().arenas.emplace(size_, std::move(arena_));
+    idle_arenas().arenas.insert(std::move(arena_));
 }
 
 }  // namespace mray

@@ -4,10 +4,13 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
-#include <memory>
+#include <map>
 #include <optional>
 
 namespace mray {
+
+/// Arenas by their size.
+using ThreadArenas = std::multimap<int, tbb::task_arena>;
 
 /// Runs tasks on `threads` threads; 0 means as many as there are cores. More threads than cores are
 /// created if asked for; while several arenas of such sizes exist, the smallest size applies to
@@ -25,13 +28,13 @@ public:
 
     template <class Work>
     auto execute(Work work) {
-        return arena_->execute(work);
+        return arena_.mapped().execute(work);
     }
-    int threads() const { return arena_->max_concurrency(); }
+    int threads() const { return arena_.mapped().max_concurrency(); }
 
 private:
-    int size_;
-    std::unique_ptr<tbb::task_arena> arena_;
+    /// The destructor hands it back without taking memory.
+    ThreadArenas::node_type arena_;
     std::optional<tbb::global_control> allow_;
 };
 

@@ -40,8 +40,7 @@ namespace detail {
 namespace {
 
 // Made while there is memory: a copy takes none.
-const Error kNoMemory(ErrorCode::limit,
-                      "out of memory; choose a smaller scene or image, or raise the limit");
+const Error kNoMemory(ErrorCode::limit, mray::kOutOfMemory);
 
 [[noreturn]] void rethrow_translated() {
     try {
@@ -56,6 +55,7 @@ const Error kNoMemory(ErrorCode::limit,
         throw Error(ErrorCode::limit,
                     "something is larger than memory can be; choose a smaller scene or image");
     } catch (const std::exception& error) {
+        if (mray::is_out_of_threads(error)) throw Error(ErrorCode::limit, mray::kOutOfThreads);
         throw Error(ErrorCode::internal, error.what());
     }
 }
