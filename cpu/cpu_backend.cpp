@@ -110,6 +110,7 @@ public:
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 caller.throw_if_cancelled();
                 secondary += tracers_.image->trace_tile(mesh, params, tiles[i], frame, caller);
+                caller.advance(1.0 / tiles.count());
             });
         });
         times_.trace_ms = watch.ms();

@@ -97,6 +97,7 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
         trace_region(region, times, watch);
         tiles_pace_.took(region.tile_count, clock.ms());
         copy_region(region, frame);
+        watch.advance(double{1} * region.width * region.height / static_cast<double>(pixel_count));
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
 }

@@ -221,10 +221,11 @@ void AnimationScene::advance(double frame) {
 }
 
 void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
-                            morphray::Image& image) {
+                            morphray::Image& image, std::atomic<double>* progress) {
     const ViewSpec& world = views_.of(view, animation_);
     morphray::View whole = view_of(world, shading);
     whole.cancel = &interrupt_flag();
+    whole.progress = progress;
     render(world, whole, image);
     image.image_hash = image_hash(image.pixels);
 }

@@ -36,7 +36,8 @@ public:
     void advance(double frame);
     /// With a legend (draw_legend()). Throws Error(kCancelled) within the image after a
     /// signal (app/terminal/failure.h).
-    void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
+    void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image,
+                std::atomic<double>* progress = nullptr);
     /// The same pixels without hits, of a world_view(). `cancel` ends it by Error(kCancelled).
     void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
                        const std::atomic<bool>& cancel, morphray::Image& image);

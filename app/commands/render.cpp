@@ -146,7 +146,7 @@ public:
         if (next) scene_->prepare(*next);
         // The one that is written is the other.
         morphray::Image& traced = traced_[finished() % traced_.size()];
-        scene_->render(options_.image.view, options_.image.shading, traced);
+        scene_->render(options_.image.view, options_.image.shading, traced, &progress.share);
         const Json report = json_of(*scene_, tasks_[i], traced, !options_.json.empty());
         wait();
         writing_ = std::async(std::launch::async,

@@ -1,9 +1,13 @@
 #include "app/terminal/messages.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
@@ -81,30 +85,49 @@ void Messages::print(std::string_view text) const {
 
 Progress::Progress(std::string label, std::uint64_t total, const Messages& messages)
     : label_(std::move(label)), total_(total), is_shown_(!messages.quiet() && shows_progress()) {
-    draw();
+    if (!is_shown_) return;
+    clock_ = std::jthread([this](const std::stop_token& stop) {
+        std::condition_variable_any wake;
+        std::unique_lock lock(terminal_mutex);
+        do draw();
+        while (!wake.wait_for(lock, stop, std::chrono::milliseconds(500),
+                              [&] { return stop.stop_requested(); }));
+    });
 }
 
 Progress::~Progress() {
+    // Ends it.
+    clock_ = {};
     const std::scoped_lock lock(terminal_mutex);
     clear_line();
 }
 
 void Progress::begin(std::string step) {
+    const std::scoped_lock lock(terminal_mutex);
     step_ = std::move(step);
     draw();
 }
 
 void Progress::update(std::uint64_t done) {
+    const std::scoped_lock lock(terminal_mutex);
     done_ = done;
+    share = 0;
     draw();
 }
 
+/// The terminal's mutex is locked.
 void Progress::draw() const {
     if (!is_shown_) return;
     std::string line = label_;
     if (total_ > 0) line += fmt::format(" {}/{}", done_, total_);
     if (!step_.empty()) line += "  " + step_;
-    const std::scoped_lock lock(terminal_mutex);
+    if (share > 0) line += fmt::format(", {:.0f}%", 100 * share);
+    const double units = static_cast<double>(done_) + share;
+    const double seconds = since_.ms() / 1e3;
+    const double left = seconds * (static_cast<double>(total_) / units - 1);
+    // Earlier estimates jump.
+    if (seconds > 2 && units > 0 && left > 0)
+        line += fmt::format(", {:%T} to go", std::chrono::seconds(std::lround(left)));
     write_stderr(fmt::format("{}{}", kClearLine, line.substr(0, kProgressColumns)));
     has_line = true;
 }

@@ -1,15 +1,18 @@
 // Output to the terminal: results to stdout, everything else to stderr, a line of progress too.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "common/base/errors.h"
+#include "common/frame_times.h"
 
 namespace mray::app {
 
@@ -40,7 +43,8 @@ private:
     mutable std::vector<std::string> warnings_;
 };
 
-/// A line on a terminal's stderr such as "rendering 5/10  frame 12". At most one exists at a time.
+/// A line on a terminal's stderr such as "rendering 5/10  frame 12, 40%, 00:03:20 to go",
+/// drawn twice a second. At most one exists at a time.
 class Progress {
 public:
     /// `total` units are to be done; 0: they are not counted, the label names the only step.
@@ -51,6 +55,8 @@ public:
 
     void begin(std::string step);
     void update(std::uint64_t done);
+    /// The share of the next unit that is done, from 0 to 1.
+    std::atomic<double> share = 0;
 
 private:
     void draw() const;
@@ -60,6 +66,8 @@ private:
     bool is_shown_;
     std::uint64_t done_ = 0;
     std::string step_;
+    Stopwatch since_;
+    std::jthread clock_;
 };
 
 /// Writes to the file, or to stdout for "-". Throws Error(kOutput).

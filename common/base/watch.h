@@ -1,4 +1,4 @@
-// A flag by which the caller of long work ends it.
+// A flag by which the caller of long work ends it, and a number that shows how far it is.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,8 @@ inline constexpr const char* kWorkCancelled = "the work was cancelled";
 class Watch {
 public:
     Watch() = default;
-    explicit Watch(const std::atomic<bool>* cancel) : cancel_(cancel) {}
+    explicit Watch(const std::atomic<bool>* cancel, std::atomic<double>* progress = nullptr)
+        : cancel_(cancel), progress_(progress) {}
 
     bool can_cancel() const { return cancel_ != nullptr; }
     bool is_cancelled() const {
@@ -26,9 +27,14 @@ public:
     void throw_if_cancelled() const {
         if (is_cancelled()) throw Error(ErrorKind::kCancelled, kWorkCancelled);
     }
+    /// This share of the work is done.
+    void advance(double share) const {
+        if (progress_ != nullptr) *progress_ += share;
+    }
 
 private:
     const std::atomic<bool>* cancel_ = nullptr;
+    std::atomic<double>* progress_ = nullptr;
 };
 
 /// Resizes an array as its member does, and asks the watch while gigabytes are cleared.

@@ -138,7 +138,7 @@ Image Scene::render(const View& view) const {
 void Scene::render(const View& view, Image& image) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         TracedImage traced;
-        const mray::Watch watch(view.cancel);
+        const mray::Watch watch(view.cancel, view.progress);
         {
             const std::scoped_lock lock(scene.mutex);
             scene.tracer->watch_images(watch);

@@ -17,12 +17,12 @@ struct LongCommand {
 
 // Each takes long enough to be seen at work, on any machine.
 std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
-    const std::string cloth = "builtin:cloth:5000";
+    const std::string cloth = "builtin:cloth:20000";
     const std::string soup = "builtin:soup:4000000";
     return {
         {{"render", cloth, "--backend", "brute", "--size", "1024x1024", "--rays", "shadow",
           "--frames", "3..24", "--out", folder.file("images")},
-         R"(rendering 0/22  frame 3)"},
+         R"(rendering \d+/22  frame \d+, \d+%, \d\d:\d\d:\d\d to go)"},
         {{"render", soup, "--threads", "1", "--size", "8x8", "--frame", "0", "--out",
           folder.file("image")},
          R"(rendering 0/1  tree)"},

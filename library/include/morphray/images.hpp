@@ -77,6 +77,8 @@ struct View {
     /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
     /// time.
     const std::atomic<bool>* cancel = nullptr;
+    /// If it is given, render() adds to it, 1 in all, in the pass that traces most rays.
+    std::atomic<double>* progress = nullptr;
 };
 
 /// The data of a pixel of a lit image, besides its 8-bit colour.

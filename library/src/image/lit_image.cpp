@@ -97,10 +97,13 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     traced.samples.with_pixels = view.shading == Shading::plain;
     traced.samples.with_hits = true;
     traced.sky.with_pixels = false;
+    // The sky takes most of the time.
+    if (traced.has_sky) backend.watch_images(mray::Watch(view.cancel));
     backend.trace_image(traced.params, traced.samples);
     image.ray_count = backend.finish().rays;
     image.trace_ms = backend.finish().trace_ms;
     if (traced.has_sky) {
+        backend.watch_images(watch);
         mray::ImageParams params = traced.params;
         params.rays = mray::kRaysAo;
         traced.sky.hits = std::move(traced.samples.hits);
