@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cassert>
 #include <cstdint>
+#include <new>
 #include <numeric>
 #include <optional>
 #include <string_view>
@@ -50,6 +51,7 @@ std::vector<std::string> file_names(const fs::path& folder) {
         std::error_code ignored;
         if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
     }
+    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
     if (error) {
         fail_at(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
     }
@@ -210,10 +212,16 @@ private:
 
 }  // namespace
 
-std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const AnimationOptions& options) {
+std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const AnimationOptions& options,
+                                          const std::string& prefix, const std::string& suffix) {
     std::vector<std::string> all = file_names(folder);
-    std::erase_if(all, [](const auto& name) { return name[0] == '.' || !has_mesh_name(name); });
-    if (all.empty()) fail_at(folder, "no .obj or .ply file in this folder; check the path");
+    std::erase_if(all, [&](const auto& name) {
+        return name[0] == '.' || !has_mesh_name(name) || !name.starts_with(prefix) ||
+               !name.ends_with(suffix);
+    });
+    if (all.empty())
+        fail_at(folder / (prefix + '*' + suffix),
+                "no .obj or .ply file of this name; check the path");
     const Pattern pattern = pattern_of(all[0]);
     std::vector<NumberedName> names;
     for (const std::string& name : all) {
@@ -239,6 +247,10 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text,
     std::vector<NumberedName> names;
     for (const std::string& name : file_names(folder.empty() ? "." : folder))
         if (const auto file = numbered(name, pattern)) names.push_back(*file);
+    // A star also stands for more than a number, as in *.obj.
+    if (names.empty() && text.ends_with('*' + pattern.suffix))
+        return files_of_folder(folder.empty() ? "." : folder, options, pattern.prefix,
+                               pattern.suffix);
     if (names.empty()) fail_at(text, "no file matches this pattern; check the path");
     sort_by_number(names);
     return numbered_files(folder, pattern, names, 0, 1, options);

@@ -66,14 +66,18 @@ struct KeyframeFile {
     std::filesystem::path path;
 };
 
-/// The mesh files of a folder, ordered by the last number in their names, which are equal apart
-/// from it. The first is frame 0; the greatest common divisor of the differences is one frame.
-/// Throws Error(kBadInput), for missing files unless options.skip_missing, which warns of them.
+/// The mesh files of a folder whose names begin and end so, ordered by the last number in them,
+/// apart from which they are equal. The first is frame 0; the greatest common divisor of the
+/// differences is one frame. Throws Error(kBadInput), for missing files unless
+/// options.skip_missing, which warns of them.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
-                                          const AnimationOptions& options);
+                                          const AnimationOptions& options,
+                                          const std::string& prefix = {},
+                                          const std::string& suffix = {});
 
 /// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, each of which is the number
-/// of the frame. Throws Error: kBadArgument for a bad pattern, kBadInput.
+/// of the frame. Where * is a number nowhere, it is any text, and frames are those of a folder.
+/// Throws Error: kBadArgument for a bad pattern, kBadInput.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
                                            const AnimationOptions& options);
 

@@ -93,6 +93,19 @@ TEST(KeyframeFilesOfPattern, KeepTheNumbersOfTheirNames) {
               (Listed{{1, "g_001.obj"}}));
 }
 
+TEST(KeyframeFilesOfPattern, AStarThatIsNoNumberStandsForTheFilesOfAFolder) {
+    const TemporaryFolder folder;
+    write_all(folder, {"f_2.obj", "f_3.obj", "f.mtl"});
+    for (const char* pattern : {"*.obj", "f*.obj"})
+        EXPECT_EQ(listed(files_of_pattern((folder.path() / pattern).native(), {})),
+                  (Listed{{0, "f_2.obj"}, {1, "f_3.obj"}}));
+    write_all(folder, {"g_3.obj"});
+    const std::string message =
+        message_of([&] { files_of_pattern((folder.path() / "*.obj").native(), {}); });
+    EXPECT_NE(message.find("f_2.obj and g_3.obj are not frames of one sequence"), std::string::npos)
+        << message;
+}
+
 TEST(KeyframeFilesOfPattern, MissingFrameIsRefusedByNameUnlessAskedFor) {
     const TemporaryFolder folder;
     write_all(folder, {"f_5.obj", "f_6.obj", "f_9.obj", "f_11.obj"});
