@@ -49,7 +49,8 @@ std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, 
 bool renders_one_image(const RenderOptions& options) {
     // A name that cannot be looked up is no folder; writing it says what is wrong.
     std::error_code error;
-    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out, error);
+    return lower_case(options.out).ends_with(".png") &&
+           !std::filesystem::is_directory(options.out, error);
 }
 
 const char* name_of_rays(std::uint32_t rays) {

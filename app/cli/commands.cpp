@@ -132,7 +132,7 @@ void add_chart(CommandAdder& adder) {
             command.add_flag("--quick", options.quick, "fewer rays and runs");
             add_lenient(command, options.lenient);
             adder.add_quiet(command);
-            return kNothing;
+            return [&options] { refuse_file_name(options.out, "give a folder"); };
         });
 }
 

@@ -92,10 +92,10 @@ void add_render(CommandAdder& adder) {
                         "--samples and --ground out");
                 if (!shading.exr.empty() && shading.shading != morphray::Shading::lit)
                     refuse("--exr: only --shading lit has linear colours");
-                for (const char* ending :
-                     {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr"})
-                    if (!options.out.ends_with(".png") && lower_case(options.out).ends_with(ending))
-                        refuse("--out: " + options.out + ": images are PNG; give a .png file");
+                if (!lower_case(options.out).ends_with(".png"))
+                    refuse_file_name(options.out,
+                                     "give a .png file, or a folder, of which ffmpeg makes a video "
+                                     "as docs/guide/start.md shows");
             };
         });
 }
@@ -124,7 +124,8 @@ void add_view(CommandAdder& adder) {
                     options.image.shading.samples = 16;
                 if (options.screenshot.empty()) return;
                 options.plays = false;
-                if (!options.screenshot.ends_with(".png")) refuse("--screenshot: give a .png file");
+                if (!lower_case(options.screenshot).ends_with(".png"))
+                    refuse("--screenshot: give a .png file");
             };
         });
 }

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "app/terminal/messages.h"
 #include "common/simd/simd_target.h"
 #include "common/text/number_text.h"
 
@@ -53,16 +54,26 @@ CLI::Option* add_text(CLI::App& command, const char* names, const std::string& v
 CLI::Option* add_pair(CLI::App& command, const char* name, const char* value_name,
                       const std::string& help, char separator, std::int64_t lower,
                       std::uint32_t& first, std::uint32_t& second) {
-    const auto set = [&first, &second](const std::array<std::uint32_t, 2>& pair) {
-        first = pair[0];
-        second = pair[1];
+    const auto set = [=, &first, &second](const std::string& text) {
+        constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+        const std::size_t end = std::min(text.find(separator), text.size() - 1);
+        const std::int64_t a = parse_integer(text.substr(0, end)).value_or(-1);
+        const std::int64_t b = parse_integer(text.substr(end + 1)).value_or(-1);
+        if (std::min(a, b) < lower || std::max(a, b) > kMost)
+            throw CLI::ValidationError(name, fmt::format("{} is not {}, such as 640{}480",
+                                                         quote(text), value_name, separator));
+        first = static_cast<std::uint32_t>(a);
+        second = static_cast<std::uint32_t>(b);
     };
-    constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
-    return command.add_option_function<std::array<std::uint32_t, 2>>(name, set, help)
-        ->option_text(value_name)
-        ->type_name(value_name)
-        ->delimiter(separator)
-        ->check(CLI::Range(lower, kMost).description(""));
+    return command.add_option_function<std::string>(name, set, help)->option_text(value_name);
+}
+
+void refuse_file_name(const std::string& out, const char* advice) {
+    for (const char* ending :
+         {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr", ".svg", ".pdf", ".html",
+          ".mp4", ".gif", ".webp", ".webm", ".mov", ".mkv", ".avi"})
+        if (is_stdout(out) || lower_case(out).ends_with(ending))
+            refuse(fmt::format("--out: {} is no name of a folder; {}", quote(out), advice));
 }
 
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {

@@ -117,6 +117,9 @@ CLI::Option* add_pair(CLI::App& command, const char* name, const char* value_nam
                       const std::string& help, char separator, std::int64_t lower,
                       std::uint32_t& first, std::uint32_t& second);
 
+/// Refuses names of files for an --out that names a folder; `advice` says what to give.
+void refuse_file_name(const std::string& out, const char* advice);
+
 /// A finite number of at least `lower`.
 double parse_finite(const std::string& text, double lower);
 double parse_frame(const std::string& text);

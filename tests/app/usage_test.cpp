@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <sstream>
 #include <string>
@@ -64,7 +65,7 @@ TEST(Usage, NumbersOutOfRangeAreRefused) {
     for (const char* value : {"0", "-1", "1025", "nan", "1e3", "", "99999999999999999999999"})
         expect_refused(small_render({"--threads", value}), 2, "--threads");
     for (const char* value : {"0x64", "-1x64", "64", "64x64x64", "nanxnan"})
-        expect_refused(small_render({"--size", value}), 2, "--size");
+        expect_refused(small_render({"--size", value}), 2, "is not WxH, such as 640x480");
     for (const char* value : {"1,2", "1,2,3,4", "a,b,c", "1,,3"})
         expect_refused(small_render({"--eye", value}), 2, "--eye");
     for (const char* value : {"32,0", "0,16", "-1,0", "1"})
@@ -92,12 +93,22 @@ TEST(Usage, ImpossibleCamerasAndFramesMakeNoFolder) {
 
 TEST(Usage, ImagesOfOtherKindsAreRefusedAndMakeNoFolder) {
     const TemporaryFolder folder;
-    for (const char* name : {"x.jpg", "x.PNG", "x.exr"}) {
-        expect_refused({"render", "builtin:cloth:500", "--frame", "0", "--backend", "cpu", "--size",
-                        "8x8", "--out", folder.file(name)},
-                       2, ".png file");
-    }
+    const auto render_to = [&](const std::string& out) {
+        return std::vector<std::string>{"render",    "builtin:cloth:500",
+                                        "--frame",   "0",
+                                        "--backend", "cpu",
+                                        "--size",    "8x8",
+                                        "--out",     out};
+    };
+    for (const char* name : {"x.jpg", "x.exr"})
+        expect_refused(render_to(folder.file(name)), 2, ".png file");
+    for (const char* name : {"x.mp4", "x.GIF", "x.webp"})
+        expect_refused(render_to(folder.file(name)), 2, "docs/guide/start.md");
+    expect_refused(render_to("-"), 2, "no name of a folder");
+    expect_refused({"chart", "builtin:cloth:500", "--out", folder.file("x.svg")}, 2, "folder");
     EXPECT_TRUE(folder.names().empty());
+    EXPECT_EQ(run(render_to(folder.file("x.PNG"))).code, 0);
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder.file("x.PNG")));
 }
 
 TEST(Usage, NegativeCoordinatesAreValuesNotOptions) {

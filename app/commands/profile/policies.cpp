@@ -226,11 +226,12 @@ std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs
                 ? "one round"
                 : fmt::format("medians of {} rounds, bands between quartiles", text("repeat"))),
         .panels = panels_of(runs)};
-    return plot::draw(figure, frames_table(runs).csv(), file.ends_with(".png") ? "png" : "svg");
+    return plot::draw(figure, frames_table(runs).csv(),
+                      lower_case(file).ends_with(".png") ? "png" : "svg");
 }
 
 void require_plotter(const std::string& file) {
-    if (!file.ends_with(".svg") && !file.ends_with(".png")) {
+    if (!lower_case(file).ends_with(".svg") && !lower_case(file).ends_with(".png")) {
         throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png", file);
     }
     plot::require_gnuplot("--plot");
