@@ -69,13 +69,14 @@ std::string scene_text(const Json& scene) {
     return table_text(scene) + differences;
 }
 
-/// `message` is empty for a case that passed.
+/// `message` is empty for a case that passed; `details` follow it where servers show a whole text.
 std::string case_of(const std::string& group, const std::string& name, const std::string& message,
-                    double ms, const char* element) {
+                    const std::string& details, double ms, const char* element) {
     std::string text = fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.6f}\">",
                                    markup_text(group), markup_text(name), ms / 1e3);
     if (!message.empty())
-        text += fmt::format("<{} message=\"{}\"/>", element, markup_text(message));
+        text += fmt::format("<{0} message=\"{1}\">{1}\n{2}</{0}>", element, markup_text(message),
+                            markup_text(details));
     return text + "</testcase>\n";
 }
 
@@ -88,13 +89,15 @@ std::string suite_of(const Json& report, const Json& scene, const std::string& n
         failures += count_differing(scene[list]);
         for (const Json& result : scene[list])
             cases += case_of(name + "." + result["variant"].get<std::string>(), result["title"],
-                             result.value("message", ""), result.value("trace_ms", 0.0), "failure");
+                             result.value("message", ""), result.value("details", ""),
+                             result.value("trace_ms", 0.0), "failure");
     }
     // A scene that was not begun has no error of its own.
     const bool has_own = scene["complete"] || scene["error"] != "";
     const std::string error = has_own ? scene["error"] : report["error"];
     const std::size_t errors = error.empty() ? 0 : 1;
-    if (errors > 0) cases += case_of(name + ".run", "ends after its last frame", error, 0, "error");
+    if (errors > 0)
+        cases += case_of(name + ".run", "ends after its last frame", error, "", 0, "error");
     const Json& environment = report["environment"];
     return fmt::format(kSuite, tests + errors, failures, errors,
                        markup_text(environment["version"]),

@@ -40,15 +40,17 @@ TEST(CrosscheckPage, EscapesWhatComesFromOutside) {
 }
 
 TEST(CrosscheckPage, NamesThePixelsAndCommandsOfEachImageThatDiffers) {
-    const Json rows =
-        embedded(app::to_html(planted_run(3, 1, 16, "builtin:one")))["scenes"][0]["rows"];
+    const app::Json run = planted_run(3, 1, 16, "builtin:one");
+    const Json rows = embedded(app::to_html(run))["scenes"][0]["rows"];
     std::size_t described = 0;
     for (const Json& row : rows) described += row.contains("details");
     EXPECT_EQ(described, 6u);
     EXPECT_TRUE(rows[6]["message"].get<std::string>().starts_with("5 pixels")) << rows[6];
     const std::string text = rows[6]["details"];
     EXPECT_NE(text.find("0x1.800002p+0"), std::string::npos) << text;
-    EXPECT_NE(text.find("morphray probe builtin:one --frame 1 --pixel 1,1 "), std::string::npos);
+    const std::string command = "morphray probe builtin:one --frame 1 --pixel 1,1 ";
+    EXPECT_NE(text.find(command), std::string::npos);
+    EXPECT_NE(app::to_junit(run).find(command), std::string::npos);
 }
 
 TEST(CrosscheckPage, DescribesAHundredImages) {
