@@ -76,6 +76,8 @@ public:
     Backend& operator=(const Backend&) = delete;
 
     const BackendInfo& info() const { return info_; }
+    /// Throws Error(kUnavailable) in a forked child, if the device is the parent's alone.
+    virtual void require_own_process() const {}
 
     /// Takes a scene: a topology, which has to outlive it, positions in scene space, and a tree
     /// over them. The scene before is dropped.

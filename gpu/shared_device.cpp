@@ -49,6 +49,7 @@ std::shared_ptr<SharedDevice> make_alone(const VulkanConfig& config, const Tunin
 }  // namespace
 
 std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuning& tuning) {
+    throw_if_forked();
     Registry& all = registry();
     const std::scoped_lock lock(all.mutex);
     if (config.validate || tuning.loader != nullptr || tuning.log != nullptr ||
@@ -73,6 +74,7 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
 bool is_lost(const SharedDevice& device) { return device.device.is_lost(); }
 
 std::vector<DeviceInfo> list_devices(LoaderFunction loader) {
+    throw_if_forked();
     Registry& all = registry();
     const std::scoped_lock lock(all.mutex);
     if (loader != nullptr) return infos_of(physical_devices(Instance(false, loader)));

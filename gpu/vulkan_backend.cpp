@@ -53,6 +53,7 @@ public:
         context_.submit("start", [](VkCommandBuffer) {});
     }
 
+    void require_own_process() const override { throw_if_forked(); }
     void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
@@ -298,6 +299,7 @@ const BackendTimes& VulkanBackend::finish() {
 
 std::unique_ptr<Backend> make_backend_on(std::shared_ptr<SharedDevice> device,
                                          const Tuning& tuning) {
+    throw_if_forked();
     return std::make_unique<VulkanBackend>(std::move(device), tuning);
 }
 

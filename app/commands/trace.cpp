@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string>
 
 #include "app/animation/animation_scene.h"
@@ -46,7 +47,7 @@ public:
 
     /// `excluded` has the size of `rays`, or is empty.
     void trace(std::span<const WorldRay> rays, std::span<const morphray::Primitive> excluded) {
-        query_.excluded = excluded;
+        query_.excluded = excluded.empty() ? std::nullopt : std::optional(excluded);
         rays_.clear();
         exponents_.clear();
         for (WorldRay ray : rays) {

@@ -103,6 +103,7 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
 }
 
 void TreeUpdater::begin_frame() {
+    if (has_build_of_parent()) end_background_build();
     last_ = {};
     has_refitted_ = false;
     restructuring_.reset();
@@ -207,6 +208,7 @@ void TreeUpdater::rebuild(std::span<const vec3> positions, const std::string& re
 /// construction for ray tracing dynamic scenes on parallel multi-core architectures. EGPGV 2007.
 void TreeUpdater::start_background_build(std::span<const vec3> positions,
                                          std::uint32_t build_frames) {
+    process_ = ::getpid();
     background_ = std::async(
         std::launch::async, [this, pose = std::vector<vec3>(positions.begin(), positions.end())] {
             // At normal priority a build slows down tracing; at 10 it starves.
@@ -243,6 +245,8 @@ void TreeUpdater::forget_background_build() {
 }
 
 void TreeUpdater::end_background_build() {
+    // The thread of a parent's build is not in its child: the future would wait without end.
+    if (has_build_of_parent()) new std::future<Bvh>(std::move(background_));
     cancel_background_ = true;
     if (background_.valid()) background_.wait();
     background_ = {};

@@ -1,6 +1,9 @@
 #include "gpu/vulkan/instance.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <utility>
 
@@ -10,6 +13,9 @@ namespace mray::gpu {
 namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+/// The process that has made an instance.
+std::atomic<::pid_t> driver_process = 0;
 
 /// A loader reports these two, at the first call, for a driver that it cannot start and, as version
 /// 1.3.239 does and 1.4.309 does not, for a manifest that it cannot parse.
@@ -100,6 +106,12 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
 
 }  // namespace
 
+bool is_forked() { return driver_process != 0 && driver_process != ::getpid(); }
+
+void throw_if_forked() {
+    if (is_forked()) throw_unavailable("it does not survive a fork; start processes by spawn or exec");
+}
+
 void ValidationLog::add(std::string message) {
     const std::lock_guard lock(mutex_);
     messages_.push_back(std::move(message));
@@ -133,6 +145,7 @@ VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
 Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log)
     : log_(log != nullptr ? *log : own_log_) {
     load_library(loader);
+    driver_process = ::getpid();
     if (validate &&
         !(has_layer(kValidationLayer) && has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME))) {
         throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
@@ -196,6 +209,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
 }
 
 Instance::~Instance() {
+    if (is_forked()) return;
     if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
     vkDestroyInstance(handle_, nullptr);
 }

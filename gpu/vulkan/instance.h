@@ -27,6 +27,11 @@ private:
     std::size_t reported_ = 0;
 };
 
+/// Whether a parent had made an instance before it forked: calls may wait for threads of its
+/// driver.
+bool is_forked();
+void throw_if_forked();
+
 /// Owns a VkInstance and, with validation, the messenger that fills its log. Constructors fill
 /// volk's global pointers, one thread at a time; others may call meanwhile.
 class Instance {

@@ -69,6 +69,14 @@ def _record_line(name, data):
     return f"{name},sha256={digest},{len(data)}\n"
 
 
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    """Lets pip look for numpy before anything is compiled."""
+    folder = pathlib.Path(metadata_directory) / _dist_info()
+    folder.mkdir()
+    (folder / "METADATA").write_text(_metadata())
+    return folder.name
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     package = _build(config_settings or {})
     module = f"_morphray{sysconfig.get_config_var('EXT_SUFFIX')}"

@@ -39,23 +39,28 @@ struct SceneBatch {
 /// The triangles that the rays of a batch see, by QueryOptions. The options must outlive it.
 class RayFilter {
 public:
-    /// Throws Error unless there are as many excluded triangles as rays, or none.
+    /// Throws Error for a wrong number of flags or of excluded triangles.
     RayFilter(const MeshList& meshes, std::size_t rays, const QueryOptions& options)
         : meshes_(meshes), options_(options) {
-        const std::size_t excluded = options.excluded.size();
-        if (excluded != 0 && excluded != rays)
-            throw_bad_argument("{} rays, but {} excluded triangles", rays, excluded);
+        if (options.excluded && options.excluded->size() != rays)
+            throw_bad_argument("excluded: {} for {} rays", options.excluded->size(), rays);
+        if (!options.visible) return;
+        // The highest geom_ids may be free since a detach(), and may have flags.
+        const std::size_t flags = options.visible->size();
+        std::size_t least = meshes.places().size();
+        const bool is_long = flags > least;
+        while (least > 0 && !meshes.places()[least - 1].used) --least;
+        if (is_long || flags < least)
+            throw_bad_argument("visible: {} flags, but {} geom_ids", flags, least);
     }
 
-    bool sees_all() const { return options_.visible.empty() && options_.excluded.empty(); }
+    bool sees_all() const { return !options_.visible && !options_.excluded; }
     bool sees(std::size_t ray, std::uint32_t prim_id) const {
         return sees(ray, meshes_.locate(0, 0, 0, prim_id));
     }
     bool sees(std::size_t ray, const Hit& hit) const {
-        const std::span<const std::uint8_t> visible = options_.visible;
-        if (!visible.empty() && (hit.geom_id >= visible.size() || visible[hit.geom_id] == 0))
-            return false;
-        return options_.excluded.empty() || hit.primitive() != options_.excluded[ray];
+        if (options_.visible && (*options_.visible)[hit.geom_id] == 0) return false;
+        return !options_.excluded || hit.primitive() != (*options_.excluded)[ray];
     }
 
 private:

@@ -123,6 +123,7 @@ public:
     void change_meshes();
     void follow(std::span<const PoseReader::Piece> pieces);
     void require_usable() const {
+        tracer->require_own_process();
         if (broken) throw *broken;
     }
 

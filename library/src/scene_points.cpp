@@ -103,7 +103,7 @@ struct ScenePoints {
 template <class Answer, class Work>
 void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
                 const QueryOptions& options, Work work) {
-    if (!options.visible.empty() || !options.excluded.empty())
+    if (options.visible || options.excluded)
         throw_bad_argument("visible and excluded are options of rays, not of points");
     require_room(points.size(), "points", answers.size());
     const mray::Watch watch(options.cancel);

@@ -231,8 +231,7 @@ void pass_unseen(SceneImpl& scene, const detail::RayFilter& filter, std::span<co
     for (std::size_t i = 0; i < rays.size(); ++i)
         if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
     // A ray has at most one excluded triangle.
-    const std::uint32_t most =
-        options.visible.empty() ? 2 : std::numeric_limits<std::uint32_t>::max();
+    const std::uint32_t most = !options.visible ? 2 : std::numeric_limits<std::uint32_t>::max();
     detail::ask_in_parts(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
         const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
         std::vector<Ray> passing(count);

@@ -179,6 +179,29 @@ TEST(VisibleHits, AreTheFirstOfAllHitsThatAreVisible) {
     expect_visible_hits_on(Device::brute_force(), 60);
 }
 
+TEST(VisibleHits, TakeAFlagForEachGeomId) {
+    const UserMesh mesh(star(3, 4));
+    Scene scene = Scene::build(std::vector(4, mesh.view()));
+    const Ray ray{.org = {0.1f, 0.2f, 9}, .dir = {0, 0, -1}};
+    const auto answer_to = [&](std::size_t flags) -> std::string {
+        const std::vector<std::uint8_t> visible(flags, 1);
+        return error_of([&] { scene.intersect(ray, {.visible = visible}); });
+    };
+    for (const std::size_t flags : {0, 1, 3, 5}) EXPECT_EQ(answer_to(flags), "bad_argument");
+    EXPECT_EQ(answer_to(4), "");
+    // Flags for geom_ids that were used are as good.
+    scene.detach(3);
+    scene.detach(1);
+    scene.update();
+    EXPECT_EQ(answer_to(2), "bad_argument");
+    EXPECT_EQ(answer_to(3), "");
+    EXPECT_EQ(answer_to(4), "");
+    EXPECT_EQ(error_of([&] {
+                  scene.intersect(ray, {.excluded = std::span<const morphray::Primitive>()});
+              }),
+              "bad_argument");
+}
+
 TEST(VisibleHits, LeaveOutTheTriangleThatARayNames) {
     expect_excluded_on(Device::cpu(), 200);
     expect_excluded_on(Device::brute_force(), 40);

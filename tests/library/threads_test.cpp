@@ -70,7 +70,7 @@ std::vector<std::function<void()>> calls_of(const Scene& scene,
                 a.single.push_back(scene.intersect(rays[i]));
                 a.next.push_back(scene.intersect(rays[i], a.single.back()));
                 a.visible.push_back(
-                    scene.intersect(rays[i], {.visible = std::array<std::uint8_t, 2>{0, 1}}));
+                    scene.intersect(rays[i], {.visible = std::array<std::uint8_t, 1>{0}}));
                 a.single_occluded.push_back(scene.occluded(rays[i]));
             }
         },

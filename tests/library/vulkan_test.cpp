@@ -1,8 +1,11 @@
 // Scenes on a Vulkan device answer as those on the CPU.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <thread>
 
 #include "tests/library/answers.h"
@@ -198,6 +201,31 @@ TEST(LibraryOnVulkan, ScenesAndThreadsShareADevice) {
         for (std::thread& thread : threads) thread.join();
         EXPECT_EQ(different[0] + different[1], 0u);
     }
+}
+
+TEST(LibraryOnVulkan, IsRefusedInAForkedChild) {
+    const UserMesh mesh(icosphere(2));
+    std::optional<Scene> scene = Scene::build(mesh.view(), vulkan());
+    const morphray::Ray ray = world_rays(mesh, 1, 3).front();
+    scene->intersect(ray);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        ::alarm(20);
+        const std::string errors =
+            error_of([&] { scene->intersect(ray); }) + error_of([&] { scene->update(); }) +
+            error_of([&] { Scene::build(mesh.view(), vulkan()); }) +
+            error_of([] { Device::vulkan(); }) + error_of([] { morphray::vulkan_devices(); });
+        scene.reset();
+        const Scene on_cpu = Scene::build(mesh.view());
+        ::_exit(errors == "unavailableunavailableunavailableunavailableunavailable" &&
+                        on_cpu.intersect(ray)
+                    ? 0
+                    : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+    EXPECT_TRUE(scene->intersect(ray));
 }
 
 TEST(LibraryOnVulkan, UnknownDevicesAreRefused) {

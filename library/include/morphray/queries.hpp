@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -57,12 +58,14 @@ struct Coherence {
 struct QueryOptions {
     Coherence coherence = {};
     Threads threads = Threads::all;
-    /// The meshes that rays see: those with visible[geom_id] != 0; the others, those beyond the end
-    /// among them, are as if they were not there. Empty: all. Not for points.
-    std::span<const std::uint8_t> visible = {};
+    /// The meshes that rays see: those with visible[geom_id] != 0; the others are as if they were
+    /// not there. One flag a geom_id, up to the highest: another number throws bad_argument.
+    /// Nothing: all. Not for points.
+    std::optional<std::span<const std::uint8_t>> visible = {};
     /// For each ray the triangle that is as if it were not there, such as that of the hit on which
-    /// the ray starts. Empty: none. Not for points.
-    std::span<const Primitive> excluded = {};
+    /// the ray starts. Another number than that of rays throws bad_argument. Nothing: none. Not for
+    /// points.
+    std::optional<std::span<const Primitive>> excluded = {};
     /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
     /// soon after another thread has made it true: within some milliseconds on the CPU, by brute
     /// force once each thread has traced 1024 rays, and at the latest where a device has finished

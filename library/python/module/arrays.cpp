@@ -101,6 +101,7 @@ std::vector<std::uint32_t> copy_ids(const py::array& array, const std::string& n
 
 std::vector<std::uint32_t> ids_of(const py::array& array, const std::string& name,
                                   std::size_t columns, const char* what, bool may_be_none) {
+    if (array.size() == 0) return {};
     const auto copy = has_dtype<std::uint32_t>(array)   ? &copy_ids<std::uint32_t>
                       : has_dtype<std::int32_t>(array)  ? &copy_ids<std::int32_t>
                       : has_dtype<std::int64_t>(array)  ? &copy_ids<std::int64_t>
@@ -139,11 +140,8 @@ bool is_list(const py::object& object) {
 }
 
 float cutoff_of(const py::handle& number, const std::string& name) {
-    try {
-        return number.cast<float>();
-    } catch (const py::cast_error&) {
-        throw py::type_error(name + ": a number from 0 to 1 is needed, or a list of one an image");
-    }
+    const std::string wanted = name + ": a number from 0 to 1, or a list of one an image,";
+    return value_of<float>(py::reinterpret_borrow<py::object>(number), wanted.c_str());
 }
 
 void set_cutoffs(const py::object& given, const std::string& name,
@@ -176,11 +174,21 @@ void add_images(const py::object& given, const std::string& name, MeshTextures& 
 
 }  // namespace
 
-py::array array_of(const py::object& object, const std::string& name) {
-    if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+py::array array_of(const py::object& object, const std::string& name, py::ssize_t columns) {
+    if (Py_TYPE(object.ptr()) == py::detail::npy_api::get().PyArray_Type_) return object;
     const py::module_ numpy = py::module_::import("numpy");
+    if (py::hasattr(object, "mask") && py::cast<bool>(numpy.attr("ma").attr("is_masked")(object))) {
+        throw py::value_error(name +
+                              ": elements of the array are masked; filled() gives them "
+                              "numbers, of which NaN is none");
+    }
+    if (py::isinstance<py::array>(object)) return object;
     if (py::hasattr(object, "__dlpack__")) return numpy.attr("from_dlpack")(object);
-    if (is_list(object)) return numpy.attr("asarray")(object);
+    if (is_list(object) || py::hasattr(object, "__array__")) {
+        const py::array array = numpy.attr("asarray")(object);
+        const bool is_none = columns > 0 && array.ndim() == 1 && array.size() == 0;
+        return is_none ? py::array(py::dtype::of<float>(), {py::ssize_t{0}, columns}) : array;
+    }
     throw py::type_error(name + ": a numpy.ndarray is needed, not " +
                          text_of(py::type::handle_of(object).attr("__name__")));
 }
@@ -210,7 +218,7 @@ Positions positions_of(const py::array& points, const std::string& name) {
 }
 
 std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::string& name) {
-    const py::array array = array_of(triangles, name);
+    const py::array array = array_of(triangles, name, 3);
     require_rows_of_three(array, name, "T");
     return ids_of(array, name, 3, "vertex", false);
 }
@@ -248,15 +256,14 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
         if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
         result.ids = ids_of(ids, name + ": ids", 1, "image", true);
     }
-    if (!py::isinstance<py::str>(parts[3])) throw py::type_error(name + ": wrap: a str is needed");
-    const Wrap wrap = wrap_named(parts[3].cast<std::string>());
+    const Wrap wrap = wrap_named(parts[3]);
     for (TextureView& view : result.views) view.wrap = wrap;
     set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
     return result;
 }
 
 QueryArray rays_of(const py::object& object, const Point& origin) {
-    py::array array = array_of(object, "rays");
+    py::array array = array_of(object, "rays", 6);
     QueryArray rays{.name = "rays", .shape = shape_of(array)};
     if (has_dtype(array, ray_dtype())) {
         if (origin != Point{}) {
@@ -275,7 +282,7 @@ QueryArray rays_of(const py::object& object, const Point& origin) {
 }
 
 QueryArray query_points_of(const py::object& object, const Point& origin) {
-    const py::array array = floats_of(array_of(object, "points"), "points", origin);
+    const py::array array = floats_of(array_of(object, "points", 3), "points", origin);
     QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
     if (array.ndim() < 1 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
     points.shape.pop_back();
@@ -283,10 +290,11 @@ QueryArray query_points_of(const py::object& object, const Point& origin) {
     return points;
 }
 
-std::vector<Primitive> excluded_of(const py::object& object, const QueryArray& rays) {
+std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
+                                                  const QueryArray& rays) {
+    if (object.is_none()) return {};
     std::vector<Primitive> excluded;
-    if (object.is_none()) return excluded;
-    const py::array array = array_of(object, "excluded");
+    const py::array array = array_of(object, "excluded", 2);
     Shape shape = rays.shape;
     if (has_dtype(array, hit_dtype())) {
         if (shape_of(array) != shape) throw_shape(array, "excluded", "the rays");
@@ -317,16 +325,13 @@ QueryArray hit_array_of(const py::object& object) {
     return hits;
 }
 
-std::vector<std::uint8_t> visible_of(const py::object& object) {
+std::optional<std::vector<std::uint8_t>> visible_of(const py::object& object) {
     if (object.is_none()) return {};
     const py::array array = require<bool>(object, "visible", "bool");
     if (array.ndim() != 1) throw_shape(array, "visible", "(G,)");
     const py::array packed = contiguous(array, 1);
     const auto* const flags = static_cast<const std::uint8_t*>(packed.data());
-    std::vector<std::uint8_t> visible(flags, flags + packed.size());
-    // Without flags C++ sees all meshes.
-    if (visible.empty()) visible.push_back(0);
-    return visible;
+    return std::vector<std::uint8_t>(flags, flags + packed.size());
 }
 
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype) {

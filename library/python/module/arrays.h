@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,10 @@ const py::dtype& closest_dtype();
 /// closest_dtype() with a float64 `point`, for scenes with an origin.
 const py::dtype& far_closest_dtype();
 
-/// numpy.ndarray, what has __dlpack__ as a view, a list or tuple as a new array. Throws TypeError.
-py::array array_of(const py::object& object, const std::string& name);
+/// numpy.ndarray, what has __dlpack__ as a view, what has __array__, a list or tuple as a new
+/// array. An empty list has the shape (0, columns), unless they are 0. Throws TypeError, and
+/// ValueError for masked elements.
+py::array array_of(const py::object& object, const std::string& name, py::ssize_t columns = 0);
 
 /// An array of shape (V, 3) of float32 or float64. Throws TypeError for another dtype, and
 /// ValueError for a shape or strides that do not fit.
@@ -68,12 +71,13 @@ QueryArray rays_of(const py::object& rays, const Point& origin);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points, const Point& origin);
 /// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of
-/// one of (..., 2) integers, geom_id and prim_id. None: no triangles.
-std::vector<Primitive> excluded_of(const py::object& excluded, const QueryArray& rays);
+/// one of (..., 2) integers, geom_id and prim_id. None: nothing.
+std::optional<std::vector<Primitive>> excluded_of(const py::object& excluded,
+                                                  const QueryArray& rays);
 /// Hits of an array of hit_dtype, or made of one of closest points, read or copied as rays are.
 QueryArray hit_array_of(const py::object& hits);
-/// Flags of an array of bool, by geom_id. None: no flags.
-std::vector<std::uint8_t> visible_of(const py::object& visible);
+/// Flags of an array of bool, by geom_id. None: nothing.
+std::optional<std::vector<std::uint8_t>> visible_of(const py::object& visible);
 
 /// `out`, if writable, C-contiguous and of this dtype and shape; a new array if it is None.
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype);

@@ -19,13 +19,14 @@ using py::arg;
 using Flag = std::atomic<bool>;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr const char* kDistance = "max_distance: a number, or None,";
 
 /// The keywords of all queries; coherence, visible and excluded are those of rays.
 struct QueryKeywords {
-    AnyCoherence coherence = "none";
+    Coherence coherence = {};
     py::object visible = py::none();
     py::object excluded = py::none();
-    std::string threads = "all";
+    Threads threads = Threads::all;
     Cancel* cancel = nullptr;
 };
 
@@ -43,17 +44,15 @@ py::array answer(const QueryArray& queries, const py::object& out, const py::dty
 template <class Work>
 void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
               bool in_one_batch, Work work) {
-    QueryOptions options{.coherence = coherence_of(keywords.coherence),
-                         .threads = threads_named(keywords.threads)};
-    const std::vector<std::uint8_t> visible = visible_of(keywords.visible);
-    const std::vector<Primitive> excluded = excluded_of(keywords.excluded, rays);
-    options.visible = visible;
+    QueryOptions options{.coherence = keywords.coherence, .threads = keywords.threads};
+    const std::optional<std::vector<std::uint8_t>> visible = visible_of(keywords.visible);
+    const std::optional<std::vector<Primitive>> excluded = excluded_of(keywords.excluded, rays);
+    if (visible) options.visible = *visible;
     const std::size_t size = in_one_batch ? rays.count : batch_size(rays, options.coherence);
     scene.query(rays.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
         options.cancel = cancelled;
         for_each_batch(rays, size, [&](std::size_t first, std::span<const Ray> batch) {
-            if (!excluded.empty())
-                options.excluded = std::span(excluded).subspan(first, batch.size());
+            if (excluded) options.excluded = std::span(*excluded).subspan(first, batch.size());
             work(asked, first, batch, options);
         });
     });
@@ -76,13 +75,13 @@ py::array answer_rays(PyScene& scene, const py::object& given, const py::object&
 /// Calls `work(scene, points, results, options)`.
 template <class Written, class Work>
 py::array answer_points(PyScene& scene, const py::object& points, const py::object& out,
-                        const py::dtype& dtype, const std::string& threads, Cancel* cancel,
+                        const py::dtype& dtype, const py::object& threads, const py::object& cancel,
                         Work work) {
     const QueryArray array = query_points_of(points, scene.scene().origin());
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
     QueryOptions options{.threads = threads_named(threads)};
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
-        scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
+        scene.query(array.count, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
             options.cancel = cancelled;
             work(asked, where, results, options);
         });
@@ -103,12 +102,12 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
 /// Asks intersect() if an answer is a Hit, and occluded() otherwise.
 template <class Answer>
 py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
-                const AnyCoherence& coherence, const py::object& visible,
-                const py::object& excluded, const std::string& threads, Cancel* cancel) {
+                const py::object& coherence, const py::object& visible, const py::object& excluded,
+                const py::object& threads, const py::object& cancel) {
     constexpr bool kIsHit = std::is_same_v<Answer, Hit>;
     return answer_rays<Answer>(
         scene, rays, out, kIsHit ? hit_dtype() : py::dtype::of<bool>(),
-        {coherence, visible, excluded, threads, cancel},
+        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel_of(cancel)},
         [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
             if constexpr (kIsHit) {
                 asked.intersect(batch, answers, options);
@@ -118,15 +117,17 @@ py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
         });
 }
 
-py::object intersect_all(PyScene& scene, const py::object& rays, const std::string& crossing,
-                         std::optional<std::uint32_t> max_hits, const py::object& visible,
-                         const py::object& excluded, const std::string& threads, Cancel* cancel) {
+py::object intersect_all(PyScene& scene, const py::object& rays, const py::object& crossing,
+                         const py::object& max_hits, const py::object& visible,
+                         const py::object& excluded, const py::object& threads,
+                         const py::object& cancel) {
     AllHitsOptions all_options{.crossing = crossing_named(crossing)};
-    if (max_hits) all_options.max_hits = *max_hits;
+    if (!max_hits.is_none())
+        all_options.max_hits = value_of<std::uint32_t>(max_hits, "max_hits: a count below 2^32");
     AllHits all;
     // One batch: the answer takes as much memory as converted rays.
     ask_rays(scene, rays_of(rays, scene.scene().origin()),
-             {"none", visible, excluded, threads, cancel}, true,
+             {{}, visible, excluded, threads_named(threads), cancel_of(cancel)}, true,
              [&](const Scene& asked, std::size_t, auto batch, const QueryOptions& options) {
                  all = asked.intersect_all(batch, all_options, options);
              });
@@ -138,32 +139,32 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const std::stri
 }
 
 py::array count(PyScene& scene, const py::object& rays, const py::object& out,
-                const std::string& crossing, const AnyCoherence& coherence,
-                const py::object& visible, const py::object& excluded, const std::string& threads,
-                Cancel* cancel) {
+                const py::object& crossing, const py::object& coherence, const py::object& visible,
+                const py::object& excluded, const py::object& threads, const py::object& cancel) {
     const Crossing rule = crossing_named(crossing);
     return answer_rays<std::uint64_t>(
         scene, rays, out, py::dtype::of<std::int64_t>(),
-        {coherence, visible, excluded, threads, cancel},
+        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel_of(cancel)},
         [&](const Scene& asked, auto batch, auto counts, const QueryOptions& options) {
             asked.count(batch, counts, rule, options);
         });
 }
 
-py::array normals(PyScene& scene, const py::object& hits, bool smooth) {
+py::array normals(PyScene& scene, const py::object& hits, const py::object& smooth) {
     const QueryArray array = hit_array_of(hits);
+    const bool is_smooth = value_of<bool>(smooth, "smooth: True or False");
     std::vector<py::ssize_t> shape = array.shape;
     shape.push_back(3);
     py::array_t<float> normals(shape);
     const std::span of(reinterpret_cast<const Hit*>(array.data), array.count);
     const std::span results(reinterpret_cast<Vec3*>(normals.mutable_data()), array.count);
     scene.query(array.count, nullptr,
-                [&](const Scene& asked, const Flag*) { asked.normals(of, results, smooth); });
+                [&](const Scene& asked, const Flag*) { asked.normals(of, results, is_smooth); });
     return normals;
 }
 
 py::array winding(PyScene& scene, const py::object& points, const py::object& out,
-                  const std::string& threads, Cancel* cancel) {
+                  const py::object& threads, const py::object& cancel) {
     return answer_points<std::int32_t>(
         scene, points, out, py::dtype::of<std::int32_t>(), threads, cancel,
         [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
@@ -172,7 +173,7 @@ py::array winding(PyScene& scene, const py::object& points, const py::object& ou
 }
 
 py::array contains(PyScene& scene, const py::object& points, const py::object& out,
-                   const std::string& rule, const std::string& threads, Cancel* cancel) {
+                   const py::object& rule, const py::object& threads, const py::object& cancel) {
     const FillRule fill = rule_named(rule);
     return answer_points<std::uint8_t>(
         scene, points, out, py::dtype::of<bool>(), threads, cancel,
@@ -195,10 +196,10 @@ py::array from_world(const py::array& closest, const Point& origin, const py::ob
     return result;
 }
 
-py::array closest_points(PyScene& scene, const py::object& points,
-                         std::optional<float> max_distance, const py::object& out,
-                         const std::string& threads, Cancel* cancel) {
-    const float most = max_distance.value_or(kInfinity);
+py::array closest_points(PyScene& scene, const py::object& points, const py::object& max_distance,
+                         const py::object& out, const py::object& threads,
+                         const py::object& cancel) {
+    const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
     const Point& origin = scene.scene().origin();
     const bool is_far = origin != Point{};
     const py::array found = answer_points<ClosestPoint>(
@@ -215,10 +216,10 @@ py::array closest_points(PyScene& scene, const py::object& points,
 }
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
-                          const std::string& rule, std::optional<float> max_distance,
-                          const std::string& threads, Cancel* cancel) {
+                          const py::object& rule, const py::object& max_distance,
+                          const py::object& threads, const py::object& cancel) {
     const FillRule fill = rule_named(rule);
-    const float most = max_distance.value_or(kInfinity);
+    const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
     return answer_points<float>(
         scene, points, out, py::dtype::of<float>(), threads, cancel,
         [&](const Scene& asked, auto where, auto distances, const QueryOptions& options) {
@@ -241,7 +242,7 @@ rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place
 out:  a C-contiguous array of hit_dtype to write to, with one element a ray
 coherence: what is known of the rays, for speed alone: "none"; "sort", they come in any order; or the
       width of the image whose rays they are, row by row
-visible: (G,) bool, by geom_id: the meshes that rays see. None: all
+visible: (G,) bool, one for each geom_id up to the highest: the meshes that rays see. None: all
 excluded: for each ray a triangle that is as if it were not there, such as that on which it starts: an
       array of hit_dtype, or (N, 2) integers, geom_id and prim_id. None: none
 threads: "all" of the device, or that which is "calling"

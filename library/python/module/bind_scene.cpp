@@ -41,18 +41,19 @@ std::vector<BorrowedMesh> meshes_of(const py::object& points, const py::object& 
 }
 
 std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& triangles,
-                                    const AnyDevice& device,
-                                    const std::optional<std::pair<Point, Point>>& bounds,
+                                    const py::object& device, const py::object& bounds,
                                     const std::string& update, double budget_ms, double budget,
                                     bool deterministic, bool deforms, const py::object& albedo,
                                     bool record_cost_ratio, const py::object& textures,
                                     const std::optional<Point>& origin) {
     SceneOptions options{.update = policy_of(update, budget_ms, budget, deterministic),
                          .record_cost_ratio = record_cost_ratio};
-    if (bounds) options.bounds = Box{bounds->first, bounds->second};
+    using Corners = std::optional<std::pair<Point, Point>>;
+    const auto corners = value_of<Corners>(bounds, "bounds: two points, or None,");
+    if (corners) options.bounds = Box{corners->first, corners->second};
     const std::vector<BorrowedMesh> meshes =
         meshes_of(points, triangles, deforms, albedo, textures);
-    return std::make_unique<PyScene>(meshes, device_of(device, "device"), options, origin);
+    return std::make_unique<PyScene>(meshes, device_of(device), options, origin);
 }
 
 Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_t first,
@@ -63,17 +64,21 @@ Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_
     return scene.update(false);
 }
 
-Image render(PyScene& scene, std::pair<std::uint32_t, std::uint32_t> size, std::optional<Point> eye,
-             std::optional<Point> target, const Point& up, double fov, std::optional<Point> light,
-             const std::string& rays, std::uint32_t ao_count, double ao_distance,
-             const std::string& shading, std::uint32_t samples, bool flat, Cancel* cancel) {
-    View view{.eye = eye,
-              .target = target,
-              .up = up,
-              .fov = fov,
-              .light = light,
-              .width = size.first,
-              .height = size.second,
+Image render(PyScene& scene, const py::object& size, const py::object& eye,
+             const py::object& target, const py::object& up, const py::object& fov,
+             const py::object& light, const py::object& rays, std::uint32_t ao_count,
+             double ao_distance, const py::object& shading, std::uint32_t samples, bool flat,
+             const py::object& cancel) {
+    using MaybePoint = std::optional<Point>;
+    const auto [width, height] = value_of<std::pair<std::uint32_t, std::uint32_t>>(
+        size, "size: two whole numbers (width, height)");
+    View view{.eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
+              .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
+              .up = value_of<Point>(up, "up: three numbers"),
+              .fov = value_of<double>(fov, "fov: a number of degrees"),
+              .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
+              .width = width,
+              .height = height,
               .rays = rays_named(rays),
               .shading = shading_named(shading),
               .samples = samples,
@@ -82,7 +87,7 @@ Image render(PyScene& scene, std::pair<std::uint32_t, std::uint32_t> size, std::
               .ao_distance = ao_distance};
     Image image;
     const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
-    scene.query(rays_of_image, cancel,
+    scene.query(rays_of_image, cancel_of(cancel),
                 [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
                     view.cancel = cancelled;
                     image = rendered.render(view);
@@ -240,12 +245,13 @@ With geom_id it reads count points of one mesh from first on, or all from there.
              arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
         .def(
             "update",
-            [](PyScene& scene, std::uint32_t geom_id, const py::object& points) {
-                return scene.update(geom_id, points);
+            [](PyScene& scene, const py::object& geom_id, const py::object& points) {
+                const char* const wanted = "update: a geom_id, a whole number, first";
+                return scene.update(value_of<std::uint32_t>(geom_id, wanted), points);
             },
             "Borrows other points for a mesh from now on, as many as it has, and reads them: for a "
             "pose in another buffer.",
-            arg("geom_id"), arg("points"))
+            arg("geom_id"), arg("points") = py::none())
         .def(
             "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
             "update(), with the bounds of all points from then on, as Scene(...) without bounds.")
@@ -292,9 +298,7 @@ Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
              arg("cancel") = py::none())
         .def(
             "on",
-            [](PyScene& scene, const AnyDevice& device) {
-                return scene.on(device_of(device, "device"));
-            },
+            [](PyScene& scene, const py::object& device) { return scene.on(device_of(device)); },
             "A scene over the same arrays with a copy of this tree on "
             "another device.",
             arg("device"))

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <string>
-#include <variant>
 
 #include "morphray/device.hpp"
 #include "morphray/images.hpp"
@@ -16,27 +15,39 @@ namespace morphray::python {
 
 namespace py = pybind11;
 
+class Cancel;
 class PyScene;
 
 void bind_images(py::module_& module);
 void bind_scene(py::module_& module);
 void bind_queries(py::class_<PyScene>& scene_class);
 
+/// Throws TypeError "`wanted` is needed, not ..." for what is no Value. That of pybind11, for
+/// parameters of other types than object, lists those of all.
+template <class Value>
+Value value_of(const py::object& object, const char* wanted) {
+    try {
+        return object.cast<Value>();
+    } catch (const py::cast_error&) {
+        const std::string given = py::repr(object);
+        throw py::type_error(std::string(wanted) + " is needed, not " + given.substr(0, 60));
+    }
+}
+
 /// A Device, or "cpu", "vulkan" or "brute".
-using AnyDevice = std::variant<std::string, Device>;
-Device device_of(const AnyDevice& device, const std::string& name);
+Device device_of(const py::object& device);
 /// "none", "sort", or the width of an image.
-using AnyCoherence = std::variant<std::string, std::uint32_t>;
-Coherence coherence_of(const AnyCoherence& coherence);
+Coherence coherence_of(const py::object& coherence);
 /// `update` is "auto", "refit", "rebuild" or "every:K", the others Auto's. Throws ValueError.
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
                        bool deterministic);
 /// The values of the names that the documentation of Scene lists. Each throws ValueError.
-Rays rays_named(const std::string& rays);
-Shading shading_named(const std::string& shading);
-Crossing crossing_named(const std::string& crossing);
-FillRule rule_named(const std::string& rule);
-Wrap wrap_named(const std::string& wrap);
-Threads threads_named(const std::string& threads);
+Rays rays_named(const py::object& rays);
+Shading shading_named(const py::object& shading);
+Crossing crossing_named(const py::object& crossing);
+FillRule rule_named(const py::object& rule);
+Wrap wrap_named(const py::object& wrap);
+Threads threads_named(const py::object& threads);
+Cancel* cancel_of(const py::object& cancel);
 
 }  // namespace morphray::python

@@ -8,42 +8,47 @@
 namespace morphray::python {
 namespace {
 
-[[noreturn]] void throw_choice(const std::string& name, const std::string& value,
+[[noreturn]] void throw_choice(const std::string& name, const py::object& given,
                                const std::string& choices) {
-    throw py::value_error(name + ": \"" + value + "\" is none of " + choices);
+    const std::string text =
+        name + ": \"" + std::string(py::str(given)) + "\" is none of " + choices;
+    if (py::isinstance<py::str>(given)) throw py::value_error(text);
+    throw py::type_error(text);
 }
 
 template <class Value>
-Value choice(const std::string& name, const std::string& text,
+Value choice(const std::string& name, const py::object& given,
              std::initializer_list<std::pair<const char*, Value>> values) {
+    const std::string text = py::str(given);
     std::string choices;
     for (const auto& [choice, value] : values) {
         if (text == choice) return value;
         choices += (choices.empty() ? "\"" : "\", \"") + std::string(choice);
     }
-    throw_choice(name, text, choices + "\"");
+    throw_choice(name, given, choices + "\"");
 }
 
 }  // namespace
 
-Device device_of(const AnyDevice& device, const std::string& name) {
-    if (const auto* const given = std::get_if<Device>(&device)) return *given;
-    const auto& text = std::get<std::string>(device);
-    const GilRelease release;
-    if (text == "cpu") return Device::cpu();
-    if (text == "vulkan") return Device::vulkan();
-    if (text == "brute") return Device::brute_force();
-    throw_choice(name, text,
+Device device_of(const py::object& device) {
+    if (py::isinstance<Device>(device)) return device.cast<Device>();
+    const std::string text = py::str(device);
+    {
+        const GilRelease release;
+        if (text == "cpu") return Device::cpu();
+        if (text == "vulkan") return Device::vulkan();
+        if (text == "brute") return Device::brute_force();
+    }
+    throw_choice("device", device,
                  R"("cpu", "vulkan" and "brute"; Device.vulkan() takes the name of a device)");
 }
 
-Coherence coherence_of(const AnyCoherence& coherence) {
-    if (const auto* const width = std::get_if<std::uint32_t>(&coherence))
-        return Coherence::image(*width);
-    const auto& name = std::get<std::string>(coherence);
-    if (name == "none") return Coherence::none();
-    if (name == "sort") return Coherence::sort();
-    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
+Coherence coherence_of(const py::object& coherence) {
+    if (py::isinstance<py::str>(coherence))
+        return choice<Coherence>("coherence", coherence,
+                                 {{"none", Coherence::none()}, {"sort", Coherence::sort()}});
+    return Coherence::image(value_of<std::uint32_t>(
+        coherence, R"(coherence: "none", "sort" or the width of an image)"));
 }
 
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
@@ -64,12 +69,12 @@ UpdatePolicy policy_of(const std::string& update, double budget_ms, double budge
     return policy;
 }
 
-Rays rays_named(const std::string& rays) {
+Rays rays_named(const py::object& rays) {
     return choice<Rays>("rays", rays,
                         {{"primary", Rays::primary}, {"shadow", Rays::shadow}, {"ao", Rays::ao}});
 }
 
-Shading shading_named(const std::string& shading) {
+Shading shading_named(const py::object& shading) {
     return choice<Shading>("shading", shading,
                            {{"plain", Shading::plain},
                             {"lit", Shading::lit},
@@ -80,22 +85,26 @@ Shading shading_named(const std::string& shading) {
                             {"sah", Shading::sah}});
 }
 
-Crossing crossing_named(const std::string& crossing) {
+Crossing crossing_named(const py::object& crossing) {
     return choice<Crossing>(
         "crossing", crossing,
         {{"once", Crossing::once}, {"each", Crossing::each}, {"owner", Crossing::owner}});
 }
 
-FillRule rule_named(const std::string& rule) {
+FillRule rule_named(const py::object& rule) {
     return choice<FillRule>("rule", rule, {{"nonzero", FillRule::nonzero}, {"odd", FillRule::odd}});
 }
 
-Threads threads_named(const std::string& threads) {
+Threads threads_named(const py::object& threads) {
     return choice<Threads>("threads", threads,
                            {{"all", Threads::all}, {"calling", Threads::calling}});
 }
 
-Wrap wrap_named(const std::string& wrap) {
+Cancel* cancel_of(const py::object& cancel) {
+    return value_of<Cancel*>(cancel, "cancel: a morphray.Cancel, or None,");
+}
+
+Wrap wrap_named(const py::object& wrap) {
     return choice<Wrap>("wrap", wrap, {{"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}});
 }
 

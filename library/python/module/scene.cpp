@@ -106,7 +106,7 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
                     const py::object& albedo, const py::object& textures,
                     const std::string& place) {
     BorrowedMesh mesh;
-    mesh.points = array_of(points, place + "points");
+    mesh.points = array_of(points, place + "points", 3);
     mesh.positions = positions_of(mesh.points, place + "points");
     mesh.triangles = indices_of(triangles, place + "triangles");
     mesh.albedo = albedo_of(albedo, place + "albedo");
@@ -225,7 +225,7 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
 }
 
 Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
-    const py::array array = array_of(points, "points");
+    const py::array array = array_of(points, "points", 3);
     const Positions positions = positions_of(array, "points");
     const std::unique_lock lock = change_lock();
     const Update update = run_change([&] { return scene_->update(geom_id, positions); });

@@ -26,6 +26,7 @@ from ._morphray import (
     Cancel,
     Comparison,
     Device,
+    EdgeCounts,
     Error,
     Image,
     Scene,
@@ -102,6 +103,10 @@ class AllHits(_NamedTuple):
         """(H,) int64: the ray of each hit, made anew by each use."""
         return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
 
+
+# numpy.asarray(image) is the pixels.
+Image.__array__ = lambda image, dtype=None, copy=None: image.pixels.astype(
+    dtype or _np.uint8, copy=bool(copy))
 
 for _name, _value in list(globals().items()):
     if isinstance(_value, type) and not _name.startswith("_"):

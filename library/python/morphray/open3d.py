@@ -6,8 +6,8 @@
     scene.add_triangles(mesh)
     distances = scene.compute_signed_distance(points)
 
-Arrays are numpy's, with a method numpy() as tensors have it; tensors of Open3D are accepted, and so
-are its meshes. Open3D is not imported.
+Where rays, points or matrices are tensors of Open3D, so are results. Others are numpy's arrays with
+the methods numpy() and isfinite() of tensors. Meshes of Open3D are accepted. It is not imported.
 """
 
 import threading as _threading
@@ -17,6 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import morphray as _morphray
+
+# The sine of the angle between up and the view up to which they are parallel.
+_PARALLEL = 1e-9
 
 
 def _array(tensor):
@@ -43,21 +46,28 @@ def _matrix(array, name, shape):
 def _primitives(hits):
     """The members of hits that all queries return."""
     return {
-        "geometry_ids": _results(hits["geom_id"].copy()),
-        "primitive_ids": _results(hits["prim_id"].copy()),
-        "primitive_uvs": _results(np.stack([hits["u"], hits["v"]], axis=-1)),
+        "geometry_ids": hits["geom_id"].copy(),
+        "primitive_ids": hits["prim_id"].copy(),
+        "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
     }
 
 
 class _Results(np.ndarray):
-    """An array that scripts may also call numpy() of, as of a tensor."""
+    """An array with methods of tensors."""
 
     def numpy(self) -> NDArray[Any]:
         return np.asarray(self)
 
+    def isfinite(self) -> NDArray[np.bool_]:
+        return np.isfinite(self)
 
-def _results(array):
-    return array.view(_Results)
+
+def _results(array, given):
+    """An array, or a dict of some, as tensors if that was `given`."""
+    if isinstance(array, dict):
+        return {name: _results(member, given) for name, member in array.items()}
+    from_numpy = getattr(type(given), "from_numpy", lambda same: same.view(_Results))
+    return from_numpy(array)
 
 
 class RaycastingScene:
@@ -124,11 +134,11 @@ class RaycastingScene:
         array, coherence = _rays(rays)
         scene = self._scene()
         hits = scene.intersect(array, coherence=coherence, excluded=excluded)
-        return {
-            "t_hit": _results(hits["t"].copy()),
+        return _results({
+            "t_hit": hits["t"].copy(),
             **_primitives(hits),
-            "primitive_normals": _results(scene.normals(hits)),
-        }
+            "primitive_normals": scene.normals(hits),
+        }, rays)
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf,
                         nthreads: int = 0, *, excluded: Any = None) -> NDArray[np.bool_]:
@@ -139,12 +149,13 @@ class RaycastingScene:
             limited[..., :3], limited[..., 3] = array[..., :3], tnear
             limited[..., 4:7], limited[..., 7] = array[..., 3:], tfar
             array = limited
-        return _results(self._scene().occluded(array, coherence=coherence, excluded=excluded))
+        occluded = self._scene().occluded(array, coherence=coherence, excluded=excluded)
+        return _results(occluded, rays)
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> NDArray[np.int32]:
         """Counts all hits of rays."""
         array, coherence = _rays(rays)
-        return _results(self._scene().count(array, coherence=coherence).astype(np.int32))
+        return _results(self._scene().count(array, coherence=coherence).astype(np.int32), rays)
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
         """Finds all hits of rays, in ascending order of t for each ray. Returns a dict of
@@ -159,12 +170,12 @@ class RaycastingScene:
         if len(hits) > 0xFFFFFFFF:
             raise ValueError(f"list_intersections: {len(hits)} hits are more than uint32 counts; "
                              "morphray.Scene.intersect_all() has no such limit")
-        return {
-            "ray_splits": _results(all_hits.offsets.astype(np.uint32)),
-            "ray_ids": _results(all_hits.ray_ids.astype(np.uint32)),
-            "t_hit": _results(hits["t"].copy()),
+        return _results({
+            "ray_splits": all_hits.offsets.astype(np.uint32),
+            "ray_ids": all_hits.ray_ids.astype(np.uint32),
+            "t_hit": hits["t"].copy(),
             **_primitives(hits),
-        }
+        }, rays)
 
     def compute_closest_points(self, query_points: Any,
                                nthreads: int = 0) -> Dict[str, NDArray[Any]]:
@@ -176,21 +187,22 @@ class RaycastingScene:
         """
         scene = self._scene()
         closest = scene.closest_points(_array(query_points))
-        return {
-            "points": _results(closest["point"].copy()),
+        return _results({
+            "points": closest["point"].copy(),
             **_primitives(closest),
-            "primitive_normals": _results(scene.normals(closest)),
-        }
+            "primitive_normals": scene.normals(closest),
+        }, query_points)
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> NDArray[np.float32]:
         """Finds the distances to the meshes. inf where there is none."""
-        return _results(self._scene().closest_points(_array(query_points))["distance"].copy())
+        closest = self._scene().closest_points(_array(query_points))
+        return _results(closest["distance"].copy(), query_points)
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0,
                                 nsamples: int = 1) -> NDArray[np.float32]:
         """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
         point that is NaN or infinite."""
-        return _results(self._scene().signed_distance(_array(query_points)))
+        return _results(self._scene().signed_distance(_array(query_points)), query_points)
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
@@ -199,7 +211,8 @@ class RaycastingScene:
         A point is inside if the meshes wind around it, exactly, as Scene.contains() says, or if it
         lies on a triangle. Overlapping meshes count as one. Meshes with holes have no inside.
         """
-        return _results(self._scene().contains(_array(query_points)).astype(np.float32))
+        inside = self._scene().contains(_array(query_points))
+        return _results(inside.astype(np.float32), query_points)
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:
@@ -211,31 +224,44 @@ class RaycastingScene:
         create_rays_pinhole(fov_deg, center, eye, up, width_px, height_px): the horizontal field of
         view in degrees, and three points of three numbers.
 
-        Directions have the length 1 along the axis of the camera.
+        Directions have the length 1 along the axis of the camera. Where up is parallel to the view,
+        z takes its place, or y for a view that is mainly along z. Raises ValueError for what gives
+        no rays: center at eye, up 0, numbers that are not finite, a matrix without an inverse.
         """
-        if len(args) + len(kwargs) == 4:
-            return _rays_of_matrices(*args, **kwargs)
-        return _rays_of_view(*args, **kwargs)
+        given = (*args, *kwargs.values())
+        rays = (_rays_of_matrices if len(given) == 4 else _rays_of_view)(*args, **kwargs)
+        return _results(rays, next((a for a in given if hasattr(type(a), "from_numpy")), None))
 
 
 def _rays_of_matrices(intrinsic_matrix, extrinsic_matrix, width_px, height_px):
     intrinsic = _matrix(intrinsic_matrix, "intrinsic_matrix", (3, 3))
     extrinsic = _matrix(extrinsic_matrix, "extrinsic_matrix", (4, 4))
     to_world = extrinsic[:3, :3].T
+    if np.linalg.det(intrinsic) == 0:
+        raise ValueError("intrinsic_matrix: it has no inverse")
     x, y = np.meshgrid(np.arange(width_px) + 0.5, np.arange(height_px) + 0.5)
     rays = np.empty((height_px, width_px, 6), np.float32)
     rays[..., :3] = -to_world @ extrinsic[:3, 3]
     rays[..., 3:] = np.stack([x, y, np.ones_like(x)], axis=-1) @ (
         to_world @ np.linalg.inv(intrinsic)).T
+    if not np.isfinite(rays).all():
+        raise ValueError("create_rays_pinhole: numbers are not finite, or too large for float32")
     return rays
 
 
 def _rays_of_view(fov_deg, center, eye, up, width_px, height_px):
-    centre, origin = _matrix(center, "center", (3,)), _matrix(eye, "eye", (3,))
-    down, ahead = _matrix(up, "up", (3,)), centre - origin
-    right = np.cross(down, ahead)
-    down = np.cross(ahead, right)
-    rows = [row / np.linalg.norm(row) for row in (right, down, ahead)]
+    origin, above = _matrix(eye, "eye", (3,)), _matrix(up, "up", (3,))
+    ahead = _matrix(center, "center", (3,)) - origin
+    if not ahead.any():
+        raise ValueError(f"eye and center are both {origin}; move one of them")
+    if not above.any():
+        raise ValueError(f"up: {above} has no direction; give another")
+    if not 0 < fov_deg < 180:
+        raise ValueError(f"fov_deg: {fov_deg} is not above 0 and below 180")
+    right = np.cross(above, ahead)
+    if np.linalg.norm(right) <= _PARALLEL * np.linalg.norm(above) * np.linalg.norm(ahead):
+        right = np.cross([0, 1, 0] if np.abs(ahead).argmax() == 2 else [0, 0, 1], ahead)
+    rows = [row / np.linalg.norm(row) for row in (right, np.cross(ahead, right), ahead)]
     extrinsic = np.eye(4)
     extrinsic[:3, :3] = rows
     extrinsic[:3, 3] = -extrinsic[:3, :3] @ origin

@@ -40,8 +40,14 @@ _BACK = 2.0**-18
 _GRAZING = 2.0**-10
 
 
+def _unmasked(array, name):
+    if np.ma.is_masked(array):
+        raise ValueError(f"{name}: elements of the array are masked; filled() gives them numbers")
+    return array
+
+
 def _rows(array, name):
-    rows = np.asarray(array, np.float64)
+    rows = np.asarray(_unmasked(array, name), np.float64)
     if rows.shape == (0,):
         return rows.reshape(0, 3)
     if rows.ndim != 2 or rows.shape[1] != 3:
@@ -50,7 +56,7 @@ def _rows(array, name):
 
 
 def _faces_of(mesh):
-    faces = np.asarray(mesh.faces)
+    faces = np.asarray(_unmasked(mesh.faces, "faces"))
     if faces.size > 0 and faces.dtype.kind not in "iu":
         raise TypeError(f"faces: integers are needed, not {faces.dtype}")
     if faces.size == 0 or faces.ndim != 2 or faces.shape[1] != 3:
@@ -131,7 +137,8 @@ class _MeshScene:
             if key is not None and key == self._key:
                 return
             try:
-                self._read(_rows(np.array(self.mesh.vertices), "vertices"), _faces_of(self.mesh))
+                vertices = _rows(np.array(self.mesh.vertices, subok=True), "vertices")
+                self._read(vertices, _faces_of(self.mesh))
             except BaseException:
                 # Ctrl-C, for example, has left members of two poses. The next query builds anew.
                 self.scene = self._key = None
@@ -291,7 +298,7 @@ class RayMeshIntersector:
         if max_hits is not None and max_hits < 0:
             raise ValueError(f"max_hits: {max_hits} is below 0")
         if excluded is not None:
-            excluded = np.asarray(excluded, np.int64)
+            excluded = np.asarray(_unmasked(excluded, "excluded"), np.int64)
             if excluded.shape != origins.shape[:1]:
                 raise ValueError(f"excluded: a shape of ({len(origins)},) is needed, not "
                                  f"{excluded.shape}")

@@ -57,6 +57,12 @@ def test_albedo_colours_triangles():
         assert (pixels[..., 0] > 100).all() and not pixels[..., 1:3].any()
 
 
+def test_numpy_takes_an_image_for_its_pixels():
+    image = morphray.Scene(*triangle()).render((8, 4))
+    assert np.shares_memory(np.asarray(image), image.pixels)
+    assert np.asarray(image, np.float64).shape == np.array(image).shape == (4, 8, 4)
+
+
 def test_textures_colour_triangles():
     points, triangles = triangle()
     view = {"size": (8, 8), "eye": (0.3, 0.3, 1), "target": (0.3, 0.3, 0), "fov": 10,

@@ -19,6 +19,11 @@ POINTS = np.array([[0.5, 0.5, 0.5], [-0.5, -0.5, -0.5], [0, 0, 0], [0.5, 0.75, 3
 class Tensor:
     """Has the methods of Open3D's tensors that are called, and no more."""
 
+    @staticmethod
+    def from_numpy(array):
+        assert type(array) is np.ndarray
+        return Tensor(array)
+
     def __init__(self, array):
         self._array = array
 
@@ -121,10 +126,29 @@ def test_meshes_are_copied_and_may_be_tensors():
         triangle=types.SimpleNamespace(indices=Tensor(triangles.astype(np.int64))))
     assert scene.add_triangles(mesh) == 0
     points += np.float32(5)
-    assert scene.count_intersections(Tensor(RAYS)).tolist() == [2, 1, 0]
+    assert scene.count_intersections(Tensor(RAYS)).numpy().tolist() == [2, 1, 0]
     assert scene.add_triangles(Tensor(points), Tensor(triangles)) == 1
-    assert scene.compute_occupancy(Tensor(POINTS + np.float32(5))).tolist() == [1, 0, 1, 0]
+    assert scene.compute_occupancy(Tensor(POINTS + np.float32(5))).numpy().tolist() == [1, 0, 1, 0]
     assert scene.compute_closest_points(POINTS + np.float32(5))["geometry_ids"][0] == 1
+
+
+def test_results_are_tensors_where_tensors_were_given():
+    scene = cube_scene()
+    for ask, given in [
+        (scene.cast_rays, RAYS), (scene.test_occlusions, RAYS), (scene.list_intersections, RAYS),
+        (scene.count_intersections, RAYS), (scene.compute_closest_points, POINTS),
+        (scene.compute_distance, POINTS), (scene.compute_signed_distance, POINTS),
+        (scene.compute_occupancy, POINTS),
+    ]:
+        arrays, tensors = ask(given), ask(Tensor(given))
+        if not isinstance(arrays, dict):
+            arrays, tensors = {"": arrays}, {"": tensors}
+        for name, array in arrays.items():
+            assert type(tensors[name]) is Tensor
+            assert_same_bits(tensors[name].numpy(), array.numpy())
+    assert scene.cast_rays(RAYS)["t_hit"].isfinite().tolist() == [True, True, False]
+    view = [Tensor(np.eye(3)), np.eye(4), 2, 2]
+    assert type(scene.create_rays_pinhole(*view)) is Tensor
 
 
 def test_an_empty_scene_has_answers():
@@ -157,6 +181,19 @@ def test_rays_of_a_pinhole_camera_pass_through_the_middles_of_pixels():
     assert np.allclose(twins, rays)
 
 
+@pytest.mark.parametrize("along, instead", [([0, 0, -2], [0, 1, 0]), ([0, 3, 0], [0, 0, 1]),
+                                            ([1, 2, 2.5], [0, 1, 0]), ([4, -1, 1], [0, 0, 1])])
+def test_a_view_along_up_has_another_up(along, instead):
+    """z, or y for a view that is mainly along z."""
+    make = morphray.open3d.RaycastingScene.create_rays_pinhole
+    eye = np.array([0.5, 0.25, 1])
+    expected = make(60, eye + along, eye, instead, 8, 6)
+    assert np.isfinite(expected).all()
+    for length in (1, -3, 1e-3):
+        rays = make(60, eye + along, eye, np.multiply(length, along), 8, 6)
+        assert np.allclose(rays, expected, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     "ask, error, reason",
     [
@@ -169,6 +206,18 @@ def test_rays_of_a_pinhole_camera_pass_through_the_middles_of_pixels():
         (lambda s: morphray.open3d.RaycastingScene(device="SYCL:0"), ValueError, "SYCL:0"),
         (lambda s: s.create_rays_pinhole(np.eye(3), np.eye(3), 4, 4), ValueError,
          r"extrinsic_matrix: a shape of \(4, 4\)"),
+        (lambda s: s.create_rays_pinhole(np.diag([1, 0, 1]), np.eye(4), 4, 4), ValueError,
+         "intrinsic_matrix: it has no inverse"),
+        (lambda s: s.create_rays_pinhole(60, [1, 2, 3], [1, 2, 3], [0, 1, 0], 4, 4), ValueError,
+         "eye and center are both"),
+        (lambda s: s.create_rays_pinhole(60, [1, 2, 3], [0, 0, 0], [0, 0, 0], 4, 4), ValueError,
+         "up: .* has no direction"),
+        (lambda s: s.create_rays_pinhole(180, [1, 2, 3], [0, 0, 0], [0, 1, 0], 4, 4), ValueError,
+         "fov_deg: 180 is not"),
+        (lambda s: s.create_rays_pinhole(60, [np.nan, 2, 3], [0, 0, 0], [0, 1, 0], 4, 4), ValueError,
+         "not finite"),
+        (lambda s: s.create_rays_pinhole(60, [0, 0, 0], [1e39, 0, 0], [0, 1, 0], 4, 4), ValueError,
+         "too large for float32"),
     ],
 )
 def test_bad_arguments(ask, error, reason):

@@ -34,6 +34,10 @@ def test_wheel_is_complete(backend, tmp_path):
     assert {"morphray/__init__.py", "morphray/open3d.py", "morphray/py.typed"} <= set(names)
     assert any(n.startswith("morphray/_morphray") and n.endswith(".so") for n in names)
     info = f"morphray-{morphray.__version__}.dist-info"
+    # What pip asks for before anything is compiled.
+    assert backend.prepare_metadata_for_build_wheel(tmp_path) == info
+    assert (tmp_path / info / "METADATA").read_bytes() == wheel.read(f"{info}/METADATA")
+    assert b"Requires-Dist: numpy" in wheel.read(f"{info}/METADATA")
     lines = [line.split(",") for line in wheel.read(f"{info}/RECORD").decode().splitlines()]
     assert [line[0] for line in lines] == names
     for name, digest, size in lines[:-1]:

@@ -168,7 +168,31 @@ def test_rays_see_some_triangles():
     assert (scene.count(DOWN, excluded=near)[seen] == 1).all()
     assert (scene.intersect_all(DOWN, excluded=near).hits["geom_id"] == 1).all()
     assert not scene.occluded(DOWN, visible=np.zeros(2, bool)).any()
-    assert not scene.occluded(DOWN, visible=np.zeros(0, bool)).any()
+    for size in (0, 1, 3):
+        with pytest.raises(morphray.Error, match=f"visible: {size} flags, but 2 geom_ids"):
+            scene.occluded(DOWN, visible=np.ones(size, bool))
+    assert morphray.Scene([]).occluded(DOWN, visible=np.ones(0, bool)).shape == DOWN.shape[:-1]
+
+
+def test_empty_lists_and_arrays_of_others_are_taken():
+    points, triangles = triangle()
+
+    class Frame:
+        def __init__(self, array):
+            self.array = array
+
+        def __array__(self, dtype=None, copy=None):
+            return self.array
+
+    scene = morphray.Scene(Frame(points), Frame(triangles))
+    assert_same_bits(scene.intersect(Frame(DOWN)), morphray.Scene(points, triangles).intersect(DOWN))
+    assert scene.intersect([]).shape == scene.occluded([], excluded=[]).shape == (0,)
+    assert scene.intersect_all([]).offsets.tolist() == [0]
+    assert scene.contains([]).shape == scene.closest_points([]).shape == (0,)
+    assert morphray.Scene(points, []).triangle_count == morphray.Scene([], []).vertex_count == 0
+    assert scene.attach([], []) == 1
+    unmasked = np.ma.masked_equal(points, 9)
+    assert_same_bits(morphray.Scene(unmasked, triangles).intersect(DOWN), scene.intersect(DOWN))
 
 
 def test_normals_of_hits():

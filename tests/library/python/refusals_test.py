@@ -21,7 +21,8 @@ BAD_POINTS = [
     (POINTS.ravel(), ValueError, r"points: a shape of \(V, 3\) is needed, not \(9,\)"),
     (POINTS[:, :2], ValueError, "a shape of"),
     (np.zeros((3, 4), np.float32), ValueError, r"a slice \[:, :3\] is read in place"),
-    (np.float32(1), TypeError, "a numpy.ndarray is needed"),
+    (np.float32(1), ValueError, r"a shape of \(V, 3\) is needed, not \(\)"),
+    (np.ma.masked_equal(POINTS, 1), ValueError, "points: elements of the array are masked"),
     (np.asfortranarray(np.zeros((4, 3), np.float32)), ValueError, "next to each other"),
     (POINTS[::-1], ValueError, "points must follow each other"),
     (
@@ -52,6 +53,7 @@ def test_bad_points(points, error, reason):
         (np.array([[0, 1, 3]], np.uint32), morphray.Error, "triangle 0 has vertex 3"),
         (np.array([[0, 1, 2], [0, -1, 2]]), morphray.Error, "triangle 1 has vertex -1"),
         (np.array([[0, 1, 2**32]]), morphray.Error, "triangle 0 has vertex 4294967296"),
+        (np.ma.masked_equal(TRIANGLES, 2), ValueError, "triangles: elements of the array are masked"),
     ],
 )
 def test_bad_triangles(triangles, error, reason):
@@ -101,18 +103,25 @@ def test_bad_query_points(points, error, reason):
     [
         (lambda s: s.count(DOWN, crossing="all"), ValueError, '"all" is none of "once", "each", "owner"'),
         (lambda s: s.intersect(DOWN, coherence="any"), ValueError, '"any" is none of "none" and'),
-        (lambda s: s.count(DOWN, coherence=-1), TypeError, "coherence"),
-        (lambda s: s.occluded(DOWN, coherence=None), TypeError, "coherence"),
+        (lambda s: s.count(DOWN, coherence=-1), TypeError,
+         '^coherence: "none", "sort" or the width of an image is needed, not -1$'),
+        (lambda s: s.occluded(DOWN, coherence=None), TypeError, "^coherence: .* not None$"),
+        (lambda s: s.intersect(DOWN, threads=2), TypeError,
+         '^threads: "2" is none of "all", "calling"$'),
+        (lambda s: s.intersect(DOWN, cancel=1), TypeError, "^cancel: a morphray.Cancel, or None, is"),
+        (lambda s: s.normals(s.intersect(DOWN), smooth="yes"), TypeError, "^smooth: True or False is"),
         (lambda s: s.intersect(DOWN, threads="two"), ValueError, '"two" is none of "all", "calling"'),
         (lambda s: s.count(DOWN, excluded=[[0, 1, 2]]), ValueError, "excluded: a shape of the rays"),
         (lambda s: s.occluded(DOWN, visible=[0, 1]), TypeError, "visible: dtype bool"),
         (lambda s: s.normals(DOWN), TypeError, "hits: dtype morphray.hit_dtype or"),
-        (lambda s: s.intersect_all(DOWN, max_hits=-1), TypeError, "max_hits"),
+        (lambda s: s.intersect_all(DOWN, max_hits=-1), TypeError,
+         r"^max_hits: a count below 2\^32 is needed, not -1$"),
         (lambda s: s.intersect_all(DOWN, max_hits=2**32), TypeError, "max_hits"),
         (lambda s: s.intersect_all(DOWN, max_hits=0.5), TypeError, "max_hits"),
         (lambda s: s.contains(POINTS, rule="even"), ValueError, '"even" is none of "nonzero", "odd"'),
         (lambda s: s.closest_points(POINTS, -0.5), morphray.Error, "max_distance"),
-        (lambda s: s.closest_points(POINTS, "far"), TypeError, ""),
+        (lambda s: s.closest_points(POINTS, "far"), TypeError,
+         "^max_distance: a number, or None, is needed, not 'far'$"),
         (lambda s: s.count(DOWN, np.empty(1, np.uint64)), TypeError, "out: dtype int64"),
         (lambda s: s.winding(POINTS, np.empty(3, np.int64)), TypeError, "out: dtype int32"),
         (lambda s: s.winding(POINTS, np.empty(4, np.int32)), ValueError,
@@ -161,8 +170,8 @@ def test_bad_out():
     "options, error, reason",
     [
         ({"device": "gpu"}, ValueError, '"gpu" is none of "cpu", "vulkan" and "brute"'),
-        ({"device": 3}, TypeError, "device"),
-        ({"bounds": 3}, TypeError, "bounds"),
+        ({"device": 3}, TypeError, '^device: "3" is none of'),
+        ({"bounds": 3}, TypeError, "^bounds: two points, or None, is needed, not 3$"),
         ({"bounds": (1, 2, 3)}, TypeError, "bounds"),
         ({"bounds": ((0, 0, 0), (1, 1))}, TypeError, "bounds"),
         ({"bounds": ((0, 0, 0), (1, None, 1))}, TypeError, "bounds"),
@@ -216,6 +225,8 @@ def test_bad_ranges(arguments, error):
     scene = morphray.Scene(POINTS, TRIANGLES)
     with pytest.raises(error):
         scene.update(*arguments)
+    with pytest.raises(TypeError, match=r"^update: a geom_id, a whole number, first is needed, not array"):
+        scene.update(POINTS)
 
 
 @pytest.mark.parametrize(

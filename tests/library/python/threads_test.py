@@ -1,5 +1,7 @@
 """The GIL is released while work runs, and calls that do not go together are told so."""
 
+import os
+import signal
 import threading
 import time
 
@@ -114,3 +116,38 @@ def test_query_during_an_update_is_busy(large):
     assert caught.value.code == "busy"
     scene.update()
     assert scene.intersect(ray).shape == (1,)
+
+
+def test_a_forked_child_has_answers_while_threads_of_its_parent_query():
+    """In their arena, from which no thread is in the child."""
+    points, triangles = grid(60)
+    device = morphray.Device.cpu(threads=4)
+    scene, asked = (morphray.Scene(points, triangles, device=device) for _ in range(2))
+    rays = random_rays(points, 20_000)
+    expected = scene.intersect(rays)
+    end = threading.Event()
+
+    def query():
+        while not end.is_set():
+            asked.intersect(rays)
+
+    threads = [threading.Thread(target=query) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    statuses = []
+    for _ in range(20):
+        child = os.fork()
+        if child == 0:
+            signal.alarm(20)  # ends a child that waits
+            try:
+                same = scene.intersect(rays).tobytes() == expected.tobytes()
+                scene.update()
+                own = morphray.Scene(points, triangles, bounds=scene.bounds)
+                same &= own.intersect(rays).tobytes() == expected.tobytes()
+            finally:
+                os._exit(not same)
+        statuses.append(os.waitpid(child, 0)[1])
+    end.set()
+    for thread in threads:
+        thread.join()
+    assert not any(statuses)

@@ -51,6 +51,8 @@ def test_rays_hit_triangles():
     assert rays.intersects_id(*UP, excluded=first)[0].tolist() == [triangles[1]]
     with pytest.raises(ValueError, match="excluded: a shape of"):
         rays.intersects_any(*UP, excluded=[1])
+    with pytest.raises(ValueError, match="ray_origins: elements of the array are masked"):
+        rays.intersects_any(np.ma.masked_equal(UP[0], 9), UP[1])
     for max_hits, count in [(0, 0), (1, 2), (2, 3), (100, 3)]:
         assert len(rays.intersects_id(*UP, max_hits=max_hits)[0]) == count
         assert len(rays.intersects_id(*UP, False, max_hits)[0]) == min(count, 2)
