@@ -48,9 +48,8 @@ public:
         // The highest geom_ids may be free since a detach(), and may have flags.
         const std::size_t flags = options.visible->size();
         std::size_t least = meshes.places().size();
-        const bool is_long = flags > least;
         while (least > 0 && !meshes.places()[least - 1].used) --least;
-        if (is_long || flags < least)
+        if (flags < least || flags > meshes.places().size())
             throw_bad_argument("visible: {} flags, but {} geom_ids", flags, least);
     }
 

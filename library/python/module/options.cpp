@@ -44,11 +44,13 @@ Device device_of(const py::object& device) {
 }
 
 Coherence coherence_of(const py::object& coherence) {
-    if (py::isinstance<py::str>(coherence))
-        return choice<Coherence>("coherence", coherence,
-                                 {{"none", Coherence::none()}, {"sort", Coherence::sort()}});
-    return Coherence::image(value_of<std::uint32_t>(
-        coherence, R"(coherence: "none", "sort" or the width of an image)"));
+    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
+    if (!py::isinstance<py::str>(coherence))
+        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
+    const std::string name = py::str(coherence);
+    if (name == "none") return Coherence::none();
+    if (name == "sort") return Coherence::sort();
+    throw_choice("coherence", coherence, R"("none" and "sort", or the width of an image)");
 }
 
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,

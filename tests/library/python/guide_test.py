@@ -12,7 +12,8 @@ PROGRAMS = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.S)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=[
-    "first ray", "deforming loop", "all hits", "insides and distances", "Open3D", "trimesh"])
+    "first ray", "deforming loop", "all hits", "insides and distances", "Open3D", "trimesh",
+    "two scenes"])
 def test_program_runs(program, tmp_path):
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True,
                           text=True)
