@@ -1,10 +1,19 @@
 #include "common/base/thread_arena.h"
 
+#include <unistd.h>
+
+#include <atomic>
 #include <mutex>
 #include <utility>
 
+#include "common/base/errors.h"
+
 namespace mray {
 namespace {
+
+/// Calls in all arenas, and the process that counts them.
+std::atomic<int> calls = 0;
+std::atomic<::pid_t> process = 0;
 
 /// Arenas that no ThreadArena uses, by their size. They are at most as many as were in use at once.
 struct IdleArenas {
@@ -34,6 +43,17 @@ ThreadArena::ThreadArena(int threads)
     const auto wanted = static_cast<std::size_t>(this->threads());
     if (wanted > cores) allow_.emplace(global_control::max_allowed_parallelism, wanted);
 }
+
+ThreadArena::Call::Call() {
+    if (calls == 0) process = ::getpid();
+    if (process != ::getpid()) {
+        throw Error(ErrorKind::kUnavailable,
+                    "threads were at work when this process was forked; start it by spawn or exec");
+    }
+    ++calls;
+}
+
+ThreadArena::Call::~Call() { --calls; }
 
 ThreadArena::~ThreadArena() {
     allow_.reset();

@@ -3,7 +3,6 @@
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <map>
 #include <optional>
@@ -29,14 +28,18 @@ public:
 
     template <class Work>
     auto execute(Work work) {
-        // In a forked child: threads of its parent may hold all places of the arena.
-        if (::getpid() != process_) return tbb::task_arena(1).execute(work);
+        const Call call;
         return arena_.mapped().execute(work);
     }
     int threads() const { return arena_.mapped().max_concurrency(); }
 
 private:
-    ::pid_t process_ = ::getpid();
+    /// Throws Error(kUnavailable) if this process was forked during calls, whose locks it holds.
+    struct Call {
+        Call();
+        ~Call();
+    };
+
     /// The destructor hands it back without taking memory.
     ThreadArenas::node_type arena_;
     std::optional<tbb::global_control> allow_;

@@ -103,7 +103,6 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
 }
 
 void TreeUpdater::begin_frame() {
-    if (has_build_of_parent()) end_background_build();
     last_ = {};
     has_refitted_ = false;
     restructuring_.reset();
@@ -246,7 +245,7 @@ void TreeUpdater::forget_background_build() {
 
 void TreeUpdater::end_background_build() {
     // The thread of a parent's build is not in its child: the future would wait without end.
-    if (has_build_of_parent()) new std::future<Bvh>(std::move(background_));
+    if (background_.valid() && process_ != ::getpid()) new std::future<Bvh>(std::move(background_));
     cancel_background_ = true;
     if (background_.valid()) background_.wait();
     background_ = {};

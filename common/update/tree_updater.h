@@ -1,8 +1,6 @@
 // Keeps a backend's tree at the current pose, as a policy decides.
 #pragma once
 
-#include <unistd.h>
-
 #include <atomic>
 #include <future>
 #include <memory>
@@ -103,7 +101,6 @@ private:
     void measure_tree(std::span<const vec3> positions);
     bool background_is_ready() const;
     void forget_background_build();
-    bool has_build_of_parent() const { return background_.valid() && process_ != ::getpid(); }
     double hand_over(std::span<const vec3> positions);
     UpdateTimes finish_refit();
     double growth() const;
@@ -128,7 +125,7 @@ private:
     /// The build in the background, if it is valid.
     std::atomic<bool> cancel_background_ = false;
     std::future<Bvh> background_;
-    ::pid_t process_ = 0;
+    int process_ = 0;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;
     /// That of the pose that measure_tree() saw last.

@@ -47,8 +47,7 @@ public:
     /// needs them, from 0.1 s to some seconds. Throws unavailable: not built in, no Vulkan library,
     /// no driver, no such device, an ambiguous name, a device that lacks a feature, or one that
     /// gives wrong results in its self-test (DeviceCheck), which is made when a device and driver
-    /// are first used, or a process forked from one that has used Vulkan; device_lost: one that did
-    /// not answer in it.
+    /// are first used, or a parent has used Vulkan before a fork; device_lost: no answer in it.
     static Device vulkan(const VulkanOptions& options = {});
     /// Tests every triangle for every ray: no tree to be wrong about. For checks of small scenes.
     static Device brute_force(const CpuOptions& options = {});

@@ -178,9 +178,7 @@ py::array array_of(const py::object& object, const std::string& name, py::ssize_
     if (Py_TYPE(object.ptr()) == py::detail::npy_api::get().PyArray_Type_) return object;
     const py::module_ numpy = py::module_::import("numpy");
     if (py::hasattr(object, "mask") && py::cast<bool>(numpy.attr("ma").attr("is_masked")(object))) {
-        throw py::value_error(name +
-                              ": elements of the array are masked; filled() gives them "
-                              "numbers, of which NaN is none");
+        throw py::value_error(name + ": elements of the array are masked; filled() unmasks them");
     }
     if (py::isinstance<py::array>(object)) return object;
     if (py::hasattr(object, "__dlpack__")) return numpy.attr("from_dlpack")(object);

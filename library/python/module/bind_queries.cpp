@@ -75,13 +75,13 @@ py::array answer_rays(PyScene& scene, const py::object& given, const py::object&
 /// Calls `work(scene, points, results, options)`.
 template <class Written, class Work>
 py::array answer_points(PyScene& scene, const py::object& points, const py::object& out,
-                        const py::dtype& dtype, const py::object& threads, const py::object& cancel,
+                        const py::dtype& dtype, const py::object& threads, Cancel* cancel,
                         Work work) {
     const QueryArray array = query_points_of(points, scene.scene().origin());
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
     QueryOptions options{.threads = threads_named(threads)};
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
-        scene.query(array.count, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+        scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
             options.cancel = cancelled;
             work(asked, where, results, options);
         });
@@ -103,11 +103,11 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
 template <class Answer>
 py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
                 const py::object& coherence, const py::object& visible, const py::object& excluded,
-                const py::object& threads, const py::object& cancel) {
+                const py::object& threads, Cancel* cancel) {
     constexpr bool kIsHit = std::is_same_v<Answer, Hit>;
     return answer_rays<Answer>(
         scene, rays, out, kIsHit ? hit_dtype() : py::dtype::of<bool>(),
-        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel_of(cancel)},
+        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel},
         [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
             if constexpr (kIsHit) {
                 asked.intersect(batch, answers, options);
@@ -119,15 +119,14 @@ py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
 
 py::object intersect_all(PyScene& scene, const py::object& rays, const py::object& crossing,
                          const py::object& max_hits, const py::object& visible,
-                         const py::object& excluded, const py::object& threads,
-                         const py::object& cancel) {
+                         const py::object& excluded, const py::object& threads, Cancel* cancel) {
     AllHitsOptions all_options{.crossing = crossing_named(crossing)};
     if (!max_hits.is_none())
         all_options.max_hits = value_of<std::uint32_t>(max_hits, "max_hits: a count below 2^32");
     AllHits all;
     // One batch: the answer takes as much memory as converted rays.
     ask_rays(scene, rays_of(rays, scene.scene().origin()),
-             {{}, visible, excluded, threads_named(threads), cancel_of(cancel)}, true,
+             {{}, visible, excluded, threads_named(threads), cancel}, true,
              [&](const Scene& asked, std::size_t, auto batch, const QueryOptions& options) {
                  all = asked.intersect_all(batch, all_options, options);
              });
@@ -140,11 +139,11 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const py::objec
 
 py::array count(PyScene& scene, const py::object& rays, const py::object& out,
                 const py::object& crossing, const py::object& coherence, const py::object& visible,
-                const py::object& excluded, const py::object& threads, const py::object& cancel) {
+                const py::object& excluded, const py::object& threads, Cancel* cancel) {
     const Crossing rule = crossing_named(crossing);
     return answer_rays<std::uint64_t>(
         scene, rays, out, py::dtype::of<std::int64_t>(),
-        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel_of(cancel)},
+        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel},
         [&](const Scene& asked, auto batch, auto counts, const QueryOptions& options) {
             asked.count(batch, counts, rule, options);
         });
@@ -164,7 +163,7 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
 }
 
 py::array winding(PyScene& scene, const py::object& points, const py::object& out,
-                  const py::object& threads, const py::object& cancel) {
+                  const py::object& threads, Cancel* cancel) {
     return answer_points<std::int32_t>(
         scene, points, out, py::dtype::of<std::int32_t>(), threads, cancel,
         [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
@@ -173,7 +172,7 @@ py::array winding(PyScene& scene, const py::object& points, const py::object& ou
 }
 
 py::array contains(PyScene& scene, const py::object& points, const py::object& out,
-                   const py::object& rule, const py::object& threads, const py::object& cancel) {
+                   const py::object& rule, const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     return answer_points<std::uint8_t>(
         scene, points, out, py::dtype::of<bool>(), threads, cancel,
@@ -197,8 +196,7 @@ py::array from_world(const py::array& closest, const Point& origin, const py::ob
 }
 
 py::array closest_points(PyScene& scene, const py::object& points, const py::object& max_distance,
-                         const py::object& out, const py::object& threads,
-                         const py::object& cancel) {
+                         const py::object& out, const py::object& threads, Cancel* cancel) {
     const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
     const Point& origin = scene.scene().origin();
     const bool is_far = origin != Point{};
@@ -217,7 +215,7 @@ py::array closest_points(PyScene& scene, const py::object& points, const py::obj
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
                           const py::object& rule, const py::object& max_distance,
-                          const py::object& threads, const py::object& cancel) {
+                          const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
     return answer_points<float>(

@@ -68,7 +68,7 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
              const py::object& target, const py::object& up, const py::object& fov,
              const py::object& light, const py::object& rays, std::uint32_t ao_count,
              double ao_distance, const py::object& shading, std::uint32_t samples, bool flat,
-             const py::object& cancel) {
+             Cancel* cancel) {
     using MaybePoint = std::optional<Point>;
     const auto [width, height] = value_of<std::pair<std::uint32_t, std::uint32_t>>(
         size, "size: two whole numbers (width, height)");
@@ -87,7 +87,7 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
               .ao_distance = ao_distance};
     Image image;
     const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
-    scene.query(rays_of_image, cancel_of(cancel),
+    scene.query(rays_of_image, cancel,
                 [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
                     view.cancel = cancelled;
                     image = rendered.render(view);

@@ -15,7 +15,6 @@ namespace morphray::python {
 
 namespace py = pybind11;
 
-class Cancel;
 class PyScene;
 
 void bind_images(py::module_& module);
@@ -29,8 +28,8 @@ Value value_of(const py::object& object, const char* wanted) {
     try {
         return object.cast<Value>();
     } catch (const py::cast_error&) {
-        const std::string given = py::repr(object);
-        throw py::type_error(std::string(wanted) + " is needed, not " + given.substr(0, 60));
+        const std::string text = std::string(wanted) + " is needed, not ";
+        throw py::type_error(text + std::string(py::repr(object)).substr(0, 60));
     }
 }
 
@@ -48,6 +47,5 @@ Crossing crossing_named(const py::object& crossing);
 FillRule rule_named(const py::object& rule);
 Wrap wrap_named(const py::object& wrap);
 Threads threads_named(const py::object& threads);
-Cancel* cancel_of(const py::object& cancel);
 
 }  // namespace morphray::python

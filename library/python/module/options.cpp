@@ -8,12 +8,9 @@
 namespace morphray::python {
 namespace {
 
-[[noreturn]] void throw_choice(const std::string& name, const py::object& given,
+[[noreturn]] void throw_choice(const std::string& name, const std::string& value,
                                const std::string& choices) {
-    const std::string text =
-        name + ": \"" + std::string(py::str(given)) + "\" is none of " + choices;
-    if (py::isinstance<py::str>(given)) throw py::value_error(text);
-    throw py::type_error(text);
+    throw py::value_error(name + ": \"" + value + "\" is none of " + choices);
 }
 
 template <class Value>
@@ -25,7 +22,7 @@ Value choice(const std::string& name, const py::object& given,
         if (text == choice) return value;
         choices += (choices.empty() ? "\"" : "\", \"") + std::string(choice);
     }
-    throw_choice(name, given, choices + "\"");
+    throw_choice(name, text, choices + "\"");
 }
 
 }  // namespace
@@ -33,13 +30,11 @@ Value choice(const std::string& name, const py::object& given,
 Device device_of(const py::object& device) {
     if (py::isinstance<Device>(device)) return device.cast<Device>();
     const std::string text = py::str(device);
-    {
-        const GilRelease release;
-        if (text == "cpu") return Device::cpu();
-        if (text == "vulkan") return Device::vulkan();
-        if (text == "brute") return Device::brute_force();
-    }
-    throw_choice("device", device,
+    const GilRelease release;
+    if (text == "cpu") return Device::cpu();
+    if (text == "vulkan") return Device::vulkan();
+    if (text == "brute") return Device::brute_force();
+    throw_choice("device", text,
                  R"("cpu", "vulkan" and "brute"; Device.vulkan() takes the name of a device)");
 }
 
@@ -50,7 +45,7 @@ Coherence coherence_of(const py::object& coherence) {
     const std::string name = py::str(coherence);
     if (name == "none") return Coherence::none();
     if (name == "sort") return Coherence::sort();
-    throw_choice("coherence", coherence, R"("none" and "sort", or the width of an image)");
+    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
 }
 
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
@@ -100,10 +95,6 @@ FillRule rule_named(const py::object& rule) {
 Threads threads_named(const py::object& threads) {
     return choice<Threads>("threads", threads,
                            {{"all", Threads::all}, {"calling", Threads::calling}});
-}
-
-Cancel* cancel_of(const py::object& cancel) {
-    return value_of<Cancel*>(cancel, "cancel: a morphray.Cancel, or None,");
 }
 
 Wrap wrap_named(const py::object& wrap) {

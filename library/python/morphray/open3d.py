@@ -226,7 +226,7 @@ class RaycastingScene:
 
         Directions have the length 1 along the axis of the camera. Where up is parallel to the view,
         z takes its place, or y for a view that is mainly along z. Raises ValueError for what gives
-        no rays: center at eye, up 0, numbers that are not finite, a matrix without an inverse.
+        no rays: center at eye, up 0, numbers that are not finite.
         """
         given = (*args, *kwargs.values())
         rays = (_rays_of_matrices if len(given) == 4 else _rays_of_view)(*args, **kwargs)
@@ -237,8 +237,6 @@ def _rays_of_matrices(intrinsic_matrix, extrinsic_matrix, width_px, height_px):
     intrinsic = _matrix(intrinsic_matrix, "intrinsic_matrix", (3, 3))
     extrinsic = _matrix(extrinsic_matrix, "extrinsic_matrix", (4, 4))
     to_world = extrinsic[:3, :3].T
-    if np.linalg.det(intrinsic) == 0:
-        raise ValueError("intrinsic_matrix: it has no inverse")
     x, y = np.meshgrid(np.arange(width_px) + 0.5, np.arange(height_px) + 0.5)
     rays = np.empty((height_px, width_px, 6), np.float32)
     rays[..., :3] = -to_world @ extrinsic[:3, 3]

@@ -40,14 +40,10 @@ _BACK = 2.0**-18
 _GRAZING = 2.0**-10
 
 
-def _unmasked(array, name):
-    if np.ma.is_masked(array):
-        raise ValueError(f"{name}: elements of the array are masked; filled() gives them numbers")
-    return array
-
-
 def _rows(array, name):
-    rows = np.asarray(_unmasked(array, name), np.float64)
+    rows = np.asarray(array, np.float64)
+    if np.ma.is_masked(array):
+        raise ValueError(f"{name}: elements of the array are masked; filled() unmasks them")
     if rows.shape == (0,):
         return rows.reshape(0, 3)
     if rows.ndim != 2 or rows.shape[1] != 3:
@@ -56,7 +52,7 @@ def _rows(array, name):
 
 
 def _faces_of(mesh):
-    faces = np.asarray(_unmasked(mesh.faces, "faces"))
+    faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
         raise TypeError(f"faces: integers are needed, not {faces.dtype}")
     if faces.size == 0 or faces.ndim != 2 or faces.shape[1] != 3:
@@ -298,7 +294,7 @@ class RayMeshIntersector:
         if max_hits is not None and max_hits < 0:
             raise ValueError(f"max_hits: {max_hits} is below 0")
         if excluded is not None:
-            excluded = np.asarray(_unmasked(excluded, "excluded"), np.int64)
+            excluded = np.asarray(excluded, np.int64)
             if excluded.shape != origins.shape[:1]:
                 raise ValueError(f"excluded: a shape of ({len(origins)},) is needed, not "
                                  f"{excluded.shape}")

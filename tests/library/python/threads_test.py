@@ -118,36 +118,40 @@ def test_query_during_an_update_is_busy(large):
     assert scene.intersect(ray).shape == (1,)
 
 
-def test_a_forked_child_has_answers_while_threads_of_its_parent_query():
-    """In their arena, from which no thread is in the child."""
+def test_a_forked_child_answers_unless_threads_were_at_work(brute):
+    """Their locks are held for good in the child, so it is told so instead of waiting."""
     points, triangles = grid(60)
-    device = morphray.Device.cpu(threads=4)
-    scene, asked = (morphray.Scene(points, triangles, device=device) for _ in range(2))
+    scene = morphray.Scene(points, triangles, device=morphray.Device.cpu(threads=4))
     rays = random_rays(points, 20_000)
     expected = scene.intersect(rays)
-    end = threading.Event()
 
-    def query():
-        while not end.is_set():
-            asked.intersect(rays)
-
-    threads = [threading.Thread(target=query) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    statuses = []
-    for _ in range(20):
+    def in_child():
         child = os.fork()
         if child == 0:
-            signal.alarm(20)  # ends a child that waits
+            signal.alarm(60)  # ends a child that waits
+            code = 1
             try:
-                same = scene.intersect(rays).tobytes() == expected.tobytes()
+                code = 0 if scene.intersect(rays).tobytes() == expected.tobytes() else 2
                 scene.update()
-                own = morphray.Scene(points, triangles, bounds=scene.bounds)
-                same &= own.intersect(rays).tobytes() == expected.tobytes()
+                morphray.Scene(points, triangles).intersect(rays)
+            except morphray.Error as error:
+                code = 3 if error.code == "unavailable" and "fork" in str(error) else 4
             finally:
-                os._exit(not same)
-        statuses.append(os.waitpid(child, 0)[1])
-    end.set()
-    for thread in threads:
-        thread.join()
-    assert not any(statuses)
+                os._exit(code)
+        return os.waitpid(child, 0)[1]
+
+    assert in_child() == 0
+    cancel = morphray.Cancel()
+
+    def query():
+        with pytest.raises(morphray.Error):
+            brute.intersect(random_rays(points, 10_000_000), cancel=cancel)
+
+    thread = threading.Thread(target=query)
+    thread.start()
+    while not (status := in_child()):
+        time.sleep(0.01)
+    cancel.set()
+    thread.join()
+    assert os.waitstatus_to_exitcode(status) == 3
+    assert in_child() == 0
