@@ -39,6 +39,10 @@ struct FileMesh {
     /// Each vertex of the file, in world space (Origin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;
+    /// For each face of more than three corners its line, or in binary data its byte.
+    std::vector<std::uint64_t> polygon_places;
+    /// What stands before them in messages: "mesh.obj:" or "mesh.ply: byte ".
+    std::string place_prefix;
     /// One for each face, or for the first of them; kClay for all others.
     std::vector<Albedo> albedo;
     /// Linear colours, or empty. Triangles that `albedo` leaves kClay have the mean of their three.

@@ -78,6 +78,7 @@ public:
         }
         set_positions(mesh_, positions_, options_);
         set_colours();
+        mesh_.place_prefix = name_ + ':';
         if (!has_normals_) mesh_.smooth = {};
         rules_.tell(options_.warn);
         clamped_.tell(options_.warn);
@@ -219,6 +220,7 @@ private:
                 mesh_.smooth.push_back(smooth_number(vertices_of_face_[i], corners_[i][2]));
         }
         mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners_.size()));
+        if (corners_.size() > 3) mesh_.polygon_places.push_back(lines_.line());
         materials_.add_face(texcoords_of_face_);
     }
 

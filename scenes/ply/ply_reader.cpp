@@ -38,10 +38,9 @@ public:
     }
 
     bool is_text() const { return is_text_; }
-    std::string place() const {
-        return is_text_ ? fmt::format("{}:{}", name_, line_)
-                        : fmt::format("{}: byte {}", name_, file_size_ - left_at_begin_);
-    }
+    std::string place() const { return fmt::format("{}{}", place_prefix(), line_or_byte()); }
+    std::string place_prefix() const { return name_ + (is_text_ ? ":" : ": byte "); }
+    std::uint64_t line_or_byte() const { return is_text_ ? line_ : file_size_ - left_at_begin_; }
     [[noreturn]] void fail(const std::string& what) const {
         throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
     }
@@ -166,6 +165,7 @@ public:
         rules_.tell(options_.warn);
         clamped_.tell(options_.warn);
         set_positions(mesh_, positions_, options_);
+        mesh_.place_prefix = values_.place_prefix();
         if (has_normals_) number_corners();
         return std::move(mesh_);
     }
@@ -306,6 +306,7 @@ private:
         rules_.count_triangles(corners_.size() - 2, place_);
         mesh_.faces.corners.insert(mesh_.faces.corners.end(), corners_.begin(), corners_.end());
         mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners_.size()));
+        if (corners_.size() > 3) mesh_.polygon_places.push_back(values_.line_or_byte());
     }
 
     void number_corners() {

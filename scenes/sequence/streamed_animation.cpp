@@ -1,5 +1,7 @@
 #include "scenes/sequence/streamed_animation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <utility>
 
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray {
 namespace {
@@ -213,7 +216,17 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
     const bool has_corners = !mesh.smooth.empty() || !mesh.textures.empty();
     std::vector<uvec3> corners;
-    topology.triangles = triangulate(mesh.faces, mesh.positions, has_corners ? &corners : nullptr);
+    std::vector<std::size_t> crossing;
+    topology.triangles =
+        triangulate(mesh.faces, mesh.positions, has_corners ? &corners : nullptr, &crossing);
+    WarningCount warnings;
+    for (const std::size_t polygon : crossing) {
+        warnings.add([&] {
+            return Warning{fmt::format("{}{}", mesh.place_prefix, mesh.polygon_places[polygon]),
+                           "face crosses itself; its triangles may lie outside; repair it"};
+        });
+    }
+    warnings.tell(options.warn);
     set_corners(mesh, corners, first.smooth, first.textures);
     set_albedo(mesh, topology);
     first.faces = std::move(mesh.faces);

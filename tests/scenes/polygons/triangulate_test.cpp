@@ -4,10 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <compare>
+#include <cstddef>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <set>
+#include <string>
+#include <utility>
 
 namespace mray {
 namespace {
@@ -117,6 +124,140 @@ TEST(Triangulate, CombSpiralAndHoleAreCoveredOnce) {
                    {2, 1, 0},
                    {1, 1, 0}},
                   "hole");
+}
+
+struct Corner {
+    int x = 0;
+    int y = 0;
+    auto operator<=>(const Corner&) const = default;
+};
+using Curve = std::vector<Corner>;
+
+int doubled_area(Corner a, Corner b, Corner c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+bool any_cross(const Curve& curve) {
+    const auto opposite = [](Corner a, Corner b, Corner c, Corner d) {
+        const int left = doubled_area(a, b, c);
+        const int right = doubled_area(a, b, d);
+        return (left < 0 && right > 0) || (left > 0 && right < 0);
+    };
+    for (std::size_t i = 0; i < curve.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+            const Corner a = curve[i];
+            const Corner b = curve[(i + 1) % curve.size()];
+            const Corner c = curve[j];
+            const Corner d = curve[(j + 1) % curve.size()];
+            if (opposite(a, b, c, d) && opposite(c, d, a, b)) return true;
+        }
+    }
+    return false;
+}
+
+/// Grid triangles, one after the other, each walked around from a corner of the curve so far. That
+/// gives pinches, holes and edges walked there and back. Then corners within straight lines and
+/// tips of spikes go, and other spikes come.
+class RandomCurves {
+public:
+    /// Its edges do not cross; its winding number is 1 in `cells` triangles, and 0 elsewhere.
+    Curve next(int& cells) {
+        Curve curve;
+        do {
+            curve = make(cells);
+        } while (any_cross(curve));
+        return curve;
+    }
+
+private:
+    int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
+    std::size_t any(const Curve& curve) { return random_() % curve.size(); }
+
+    Curve make(int& cells) {
+        const int size = 2 + below(4);
+        std::set<std::array<int, 3>> used;
+        Curve curve;
+        for (int tries = 1 + below(5 * size * size); tries > 0; --tries) {
+            const std::array<int, 3> at = {below(size), below(size), below(2)};
+            const auto [x, y, half] = at;
+            Curve cell = {{x, y}, {x + 1, y + half}, {x + 1 - half, y + 1}};
+            std::rotate(cell.begin(), cell.begin() + below(3), cell.end());
+            const auto shared = std::find(curve.begin(), curve.end(), cell[0]);
+            if (used.contains(at) || (!curve.empty() && shared == curve.end())) continue;
+            used.insert(at);
+            curve.insert(shared, cell.begin(), cell.end());
+        }
+        cells = static_cast<int>(used.size());
+        for (int tries = below(300); tries > 0 && curve.size() > 4; --tries) {
+            const std::size_t i = any(curve);
+            const std::size_t n = curve.size();
+            if (doubled_area(curve[(i + n - 1) % n], curve[i], curve[(i + 1) % n]) == 0)
+                curve.erase(curve.begin() + static_cast<std::ptrdiff_t>(i));
+        }
+        for (int spikes = below(4); spikes > 0; --spikes) {
+            const std::size_t i = any(curve);
+            const Corner foot = curve[i];
+            const Corner tip = {below(size + 2) - 1, below(size + 2) - 1};
+            curve.insert(curve.begin() + static_cast<std::ptrdiff_t>(i), {foot, tip});
+        }
+        return curve;
+    }
+
+    std::mt19937 random_{44};
+};
+
+/// No triangle is turned, and the edges of all are those of the curve, but for edges there and
+/// back. So each point is in as many triangles as the curve winds around it.
+void expect_same_winding(const Curve& curve, int doubled_area_of_curve) {
+    std::vector<vec3> positions;
+    for (const Corner c : curve) positions.emplace_back(c.x, c.y, c.x - 2 * c.y);
+    const std::vector<uvec3> triangles = triangles_of(positions);
+    ASSERT_EQ(triangles.size(), curve.size() - 2);
+    std::map<std::pair<Corner, Corner>, int> edges;
+    const auto count = [&](Corner a, Corner b, int times) {
+        if (a != b) edges[std::minmax(a, b)] += a < b ? times : -times;
+    };
+    int sum = 0;
+    for (const uvec3& t : triangles) {
+        const Corner corners[3] = {curve[t.x], curve[t.y], curve[t.z]};
+        const int area = doubled_area(corners[0], corners[1], corners[2]);
+        EXPECT_GE(doubled_area_of_curve > 0 ? area : -area, 0);
+        sum += area;
+        for (int i = 0; i < 3; ++i) count(corners[i], corners[(i + 1) % 3], 1);
+    }
+    EXPECT_EQ(sum, doubled_area_of_curve);
+    for (std::size_t i = 0; i < curve.size(); ++i)
+        count(curve[i], curve[(i + 1) % curve.size()], -1);
+    for (const auto& [edge, times] : edges) EXPECT_EQ(times, 0);
+}
+
+TEST(Triangulate, CurvesThatTouchThemselvesAreCoveredOnceFromEachCorner) {
+    RandomCurves random;
+    for (int round = 0; round < 150; ++round) {
+        int cells = 0;
+        Curve curve = random.next(cells);
+        for (Corner& c : curve) c = {5 * c.x + round % 3 * c.y, 4 * c.y + round % 2 * c.x};
+        int area = cells * (20 - round % 3 * (round % 2));
+        for (const bool turned : {false, true}) {
+            for (std::size_t first = 0; first < curve.size() && !HasFailure(); ++first) {
+                std::rotate(curve.begin(), curve.begin() + 1, curve.end());
+                expect_same_winding(curve, turned ? -area : area);
+            }
+            std::reverse(curve.begin(), curve.end());
+        }
+        std::string text;
+        for (const Corner c : curve) text += fmt::format(" ({},{})", c.x, c.y);
+        ASSERT_FALSE(HasFailure()) << "round " << round << text;
+    }
+}
+
+TEST(Triangulate, AFaceWhoseEdgesCrossIsNamed) {
+    const std::vector<vec3> positions = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+    const Polygons faces = {{0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 3, 0, 2, 3, 1, 0, 1, 2, 3, 1},
+                            {3, 4, 4, 4, 5}};
+    std::vector<std::size_t> crossing;
+    EXPECT_EQ(triangulate(faces, positions, nullptr, &crossing).size(), 10u);
+    EXPECT_EQ(crossing, (std::vector<std::size_t>{1, 2}));
 }
 
 TEST(Triangulate, FacesWithoutAnAnswerStillGetTheirNumberOfTriangles) {
