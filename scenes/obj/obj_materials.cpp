@@ -4,7 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <sstream>
 #include <utility>
+#include <vector>
+
+#define TINYOBJLOADER_IMPLEMENTATION
+#include <tiny_obj_loader.h>
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
@@ -18,6 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Albedo kWhite = 0x00FFFFFF;
+
+/// Tells materials without Kd from black ones.
+constexpr const char* kNoColour = "Kd -1\n";
 
 /// The name of a file as a statement has it: in quotes, with "\\ " for blanks, \\ for slashes.
 std::string file_name_of(std::string_view text) {
@@ -47,55 +56,80 @@ fs::path find_side_file(const fs::path& scene_file, const std::string& name) {
     }
 }
 
-/// The colour of a statement Kd of three numbers, or of one, which is grey.
-std::optional<Albedo> albedo_of_words(std::string_view words, WarningCount& clamped,
-                                      const MeshRules::Place& place) {
-    std::array<float, 3> kd = {};
-    for (std::size_t i = 0; i < kd.size(); ++i) {
+/// A number that tinyobjloader, which adds up digits in double precision, rounds to this float.
+std::string exact(float number) { return fmt::format(" {:.9g}", number); }
+
+/// A statement Kd of three numbers from 0 to 1, or kNoColour. One number is grey.
+std::string full_colour(std::string_view words, WarningCount& clamped,
+                        const MeshRules::Place& place) {
+    std::string channels;
+    for (int i = 0; i < 3; ++i) {
         const std::string_view word = next_word(words);
-        if (i == 1 && word.empty()) return albedo_of(kd[0], kd[0], kd[0]);
+        if (i == 1 && word.empty()) return fmt::format("Kd{0}{0}{0}\n", channels);
         const std::optional<double> number = parse_double(word);
-        if (!number) return std::nullopt;
-        kd[i] = static_cast<float>(channel_of(*number, 1, clamped, place));
+        if (!number) return kNoColour;
+        channels += exact(static_cast<float>(channel_of(*number, 1, clamped, place)));
     }
-    return albedo_of(kd[0], kd[1], kd[2]);
+    return fmt::format("Kd{}\n", channels);
 }
 
-/// Reads the options of a statement map_Kd, and the name of its file, which is what follows.
-void read_map(std::string_view words, Material& material) {
+/// A statement map_Kd with all the numbers that tinyobjloader takes after an option. Of what is not
+/// a number it makes the default.
+std::string full_map(std::string_view words) {
     // With the most words they have; all but the first are numbers and may be left out.
     constexpr std::pair<std::string_view, std::size_t> kOptions[] = {
-        {"-blendu", 1}, {"-blendv", 1},  {"-bm", 1},  {"-boost", 1}, {"-cc", 1},
-        {"-clamp", 1},  {"-imfchan", 1}, {"-mm", 2},  {"-o", 3},     {"-s", 3},
-        {"-t", 3},      {"-texres", 1},  {"-type", 1}};
+        {"-blendu", 1}, {"-blendv", 1}, {"-bm", 1},         {"-boost", 1},   {"-cc", 1},
+        {"-clamp", 1},  {"-o", 3},      {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},
+        {"-s", 3},      {"-t", 3},      {"-texres", 1},     {"-type", 1}};
+    std::string full = "map_Kd";
     for (;;) {
         std::string_view rest = words;
         const std::string_view option = next_word(rest);
         const auto* const known =
             std::ranges::find(kOptions, option, &std::pair<std::string_view, std::size_t>::first);
-        if (known == std::end(kOptions)) break;
+        if (known == std::end(kOptions)) return fmt::format("{}{}\n", full, words);
+        std::string values;
         for (std::size_t i = 0; i < known->second; ++i) {
             std::string_view after = rest;
             const std::string_view word = next_word(after);
             const std::optional<float> number = parse_float(word);
-            if (i > 0 && (!number || trimmed(after, kBlanks).empty())) break;
-            rest = after;
-            if (option == "-clamp") material.clamp = word == "on";
-            if (i > 1 || !number || !std::isfinite(*number)) continue;
-            if (option == "-s") material.scale[i] = *number;
-            if (option == "-o") material.offset[i] = *number;
+            const bool is_given = i == 0 || (number && !trimmed(after, kBlanks).empty());
+            if (is_given) rest = after;
+            const bool is_number = is_given && number && std::isfinite(*number);
+            values += is_number ? exact(*number) : word == "on" ? " on" : " off";
         }
+        if (option == "-clamp" || option == "-o" || option == "-s")
+            full.append(" ").append(option).append(values);
         words = rest;
     }
-    material.map = file_name_of(words);
+}
+
+/// Adds what the statements describe, unless there is one of its name. tinyobjloader keeps a
+/// kilobyte of each material, so it reads them one by one.
+void add_material(const std::string& statements, const fs::path& library, MaterialMap& materials) {
+    std::istringstream stream(statements);
+    std::map<std::string, int> indices;
+    std::vector<tinyobj::material_t> read;
+    std::string ignored;
+    tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
+    const tinyobj::material_t& one = read.back();
+    const auto& kd = one.diffuse;
+    const tinyobj::texture_option_t& map = one.diffuse_texopt;
+    if (one.name.empty()) return;
+    Material material{.map = file_name_of(one.diffuse_texname),
+                      .clamp = map.clamp,
+                      .scale = {map.scale[0], map.scale[1]},
+                      .offset = {map.origin_offset[0], map.origin_offset[1]},
+                      .library = library};
+    if (kd[0] >= 0) material.albedo = albedo_of(kd[0], kd[1], kd[2]);
+    materials.try_emplace(one.name, std::move(material));
 }
 
 }  // namespace
 
 MaterialMap read_mtl_text(std::string_view text, const fs::path& library, WarningCount& unread) {
     MaterialMap materials;
-    Material ignored;
-    Material* material = &ignored;
+    std::string statements;
     ObjLines lines(text, escape(library));
     const MeshRules::Place place = [&] { return lines.place(); };
     while (!lines.at_end()) {
@@ -103,20 +137,21 @@ MaterialMap read_mtl_text(std::string_view text, const fs::path& library, Warnin
         std::string_view rest = statement;
         const std::string_view keyword = next_word(rest);
         if (keyword == "newmtl") {
-            const auto [at, is_new] = materials.try_emplace(std::string(trimmed(rest, kBlanks)),
-                                                            Material{.library = library});
-            material = is_new ? &at->second : &ignored;
+            add_material(statements, library, materials);
+            statements = fmt::format("newmtl {}\n{}", trimmed(rest, kBlanks), kNoColour);
         } else if (keyword == "Kd") {
-            material->albedo = albedo_of_words(rest, unread, place);
-            if (material->albedo) continue;
+            const std::string colour = full_colour(rest, unread, place);
+            statements += colour;
+            if (colour != kNoColour) continue;
             unread.add([&] {
                 return Warning{place(), fmt::format("{} is not read; write one number or three",
                                                     quote(statement))};
             });
         } else if (keyword == "map_Kd") {
-            read_map(rest, *material);
+            statements += full_map(rest);
         }
     }
+    add_material(statements, library, materials);
     return materials;
 }
 
