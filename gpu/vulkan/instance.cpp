@@ -109,7 +109,8 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
 bool is_forked() { return driver_process != 0 && driver_process != ::getpid(); }
 
 void throw_if_forked() {
-    if (is_forked()) throw_unavailable("it does not survive a fork; start processes by spawn or exec");
+    if (is_forked())
+        throw_unavailable("it does not survive a fork; start processes by spawn or exec");
 }
 
 void ValidationLog::add(std::string message) {
