@@ -69,7 +69,7 @@ set(places
     "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
     "^CGAL/"                    "^lab/bench/cgal_tree\\.cpp$"
     "^pybind11/"                "^library/python/module/"
-    "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/(exact_closest|triangle_distance)|lab/accuracy/)"
+    "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/(exact_closest|triangle_distance)|lab/accuracy/|scenes/polygons/triangulate\\.cpp$)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one header for writing it.
     "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|tests/)"

@@ -13,15 +13,15 @@
 namespace mray::test {
 namespace {
 
-struct Opened {
+struct MeasuredFaces {
     std::vector<std::string> warnings;
     std::size_t triangles = 0;
     double area = 0;
 };
 
-Opened open(const std::string& vertices_and_faces) {
+MeasuredFaces open(const std::string& vertices_and_faces) {
     const TemporaryFolder folder;
-    Opened opened;
+    MeasuredFaces opened;
     const std::unique_ptr<Animation> animation = open_scene(
         folder.write("polygons.obj", vertices_and_faces).native(),
         {.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); }});
@@ -37,7 +37,7 @@ Opened open(const std::string& vertices_and_faces) {
 }
 
 TEST(PolygonReports, Tinyobjloader386ASpikeAddsNoArea) {
-    const Opened spike = open(
+    const MeasuredFaces spike = open(
         "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 3 4 0\nv 3 7 0\nv 0 4 0\n"
         "f 1 2 3 4 5 4 6\n");
     EXPECT_EQ(spike.triangles, 5u);
@@ -46,7 +46,7 @@ TEST(PolygonReports, Tinyobjloader386ASpikeAddsNoArea) {
 }
 
 TEST(PolygonReports, Cjio192AFaceThatCrossesItselfIsNamedWithItsLine) {
-    const Opened bow_ties = open(
+    const MeasuredFaces bow_ties = open(
         "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n"
         "f 1 2 3\nf 1 2 3 4\nf 1 3 2 4\nf 1 3 4 2\n");
     EXPECT_EQ(bow_ties.triangles, 7u);
