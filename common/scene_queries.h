@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/watch.h"
 #include "common/interop/ray.h"
 
 namespace mray {
@@ -73,13 +74,15 @@ struct ClosestTriangle {
 };
 
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite; those
-// of ClosestQuery are within kOriginExtent.
+// of ClosestQuery are within kOriginExtent. A watch is asked before each ray and
+// point on the CPU, and before each hit of lists on a device: Error(kCancelled) leaves any answers.
 
 /// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {
     std::span<const Ray> rays;
     Crossing crossing;
     std::span<std::uint64_t> counts;
+    Watch watch = {};
 };
 
 /// Appends to `lists` the first `most` hits of each ray.
@@ -88,6 +91,7 @@ struct ListQuery {
     Crossing crossing;
     std::uint32_t most;
     HitLists& lists;
+    Watch watch = {};
 };
 
 /// Finds the first hit of each ray after its cursor.
@@ -103,6 +107,7 @@ struct WindingQuery {
     std::span<const vec3> points;
     std::span<FloatWinding> windings;
     std::vector<UncertainCrossing>& uncertain;
+    Watch watch = {};
 };
 
 /// Finds the closest triangles whose squared distance is at most `most_d2`.
@@ -110,6 +115,7 @@ struct ClosestQuery {
     std::span<const vec3> points;
     float most_d2;
     std::span<ClosestTriangle> closest;
+    Watch watch = {};
 };
 
 using QueryBatch = std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery>;

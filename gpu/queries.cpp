@@ -113,6 +113,7 @@ void Queries::answer(const ListQuery& query) const {
     std::vector<HitCursor> after(rays.size());
     std::vector<Hit> next(rays.size());
     while (!left.empty()) {
+        query.watch.throw_if_cancelled();
         const std::size_t count = left.size();
         answer(NextQuery{std::span(asked).first(count), std::span(after).first(count),
                          query.crossing, std::span(next).first(count)});

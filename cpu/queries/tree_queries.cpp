@@ -29,13 +29,16 @@ void answer(const Bvh& bvh, const CountQuery& query) {
     }
     for_each_stream(rays, [&](const Ray* batch, std::span<const std::uint16_t> order,
                               std::size_t first) HWY_ATTR {
+        query.watch.throw_if_cancelled();
         CountStream(bvh, batch, order, query.crossing).count(&query.counts[first]);
     });
 }
 
 void answer(const Bvh& bvh, const ListQuery& query) {
-    for (const Ray& ray : query.rays)
+    for (const Ray& ray : query.rays) {
+        query.watch.throw_if_cancelled();
         list_hits_of(bvh, ray, query.crossing, query.most, query.lists);
+    }
 }
 
 void answer(const Bvh& bvh, const NextQuery& query) {
@@ -88,6 +91,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     const auto ask_one_by_one = [&](std::size_t first, std::size_t count) {
         std::size_t leaves = 0;
         for (std::size_t i = first; i < first + count; ++i) {
+            query.watch.throw_if_cancelled();
             query.windings[i] = wind_around(
                 bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
         }
@@ -114,6 +118,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     if (points.size() >= kManyPoints) {
         BundleChoice choice;
         for (std::size_t first = 0; first < points.size(); first += kLanes) {
+            query.watch.throw_if_cancelled();
             const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
             if (choice.tries()) {
                 if (ask_together(first, count, choice.most_leaves())) {
@@ -132,9 +137,11 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
 
 /// Looks for closer triangles than `closest`, and for rivals if `rivals` is not null.
 void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points,
-                            std::span<ClosestTriangle> closest, Rivals* rivals) {
+                            std::span<ClosestTriangle> closest, Rivals* rivals,
+                            const Watch& watch) {
     std::uint32_t near_leaf = kNoPrim;
     for (std::size_t i = 0; i < points.size(); ++i) {
+        watch.throw_if_cancelled();
         ClosestSearch search(points[i], closest[i]);
         search.search(bvh, near_leaf);
         closest[i] = search.closest();
@@ -144,7 +151,7 @@ void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points,
 
 void answer(const Bvh& bvh, const ClosestQuery& query) {
     std::ranges::fill(query.closest, ClosestTriangle{query.most_d2, kNoPrim});
-    find_closest_triangles(bvh, query.points, query.closest, nullptr);
+    find_closest_triangles(bvh, query.points, query.closest, nullptr, query.watch);
 }
 
 void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
@@ -171,9 +178,9 @@ TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh), answer_(SIMD_FUNCTION(answer_batch, target)) {}
 
 void find_rivals(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
-                 std::span<ClosestTriangle> closest, Rivals& rivals) {
+                 std::span<ClosestTriangle> closest, Rivals& rivals, const Watch& watch) {
     assert(points.size() == closest.size());
-    SIMD_FUNCTION(find_closest_triangles, target)(bvh, points, closest, &rivals);
+    SIMD_FUNCTION(find_closest_triangles, target)(bvh, points, closest, &rivals, watch);
 }
 
 }  // namespace mray::cpu

@@ -32,8 +32,9 @@ struct Rivals {
     std::vector<std::uint32_t> ends;
 };
 
-/// Looks for closer triangles than `closest`, and for all rivals of those found.
+/// Looks for closer triangles than `closest`, and for all rivals of those found. The watch is asked
+/// before each point.
 void find_rivals(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
-                 std::span<ClosestTriangle> closest, Rivals& rivals);
+                 std::span<ClosestTriangle> closest, Rivals& rivals, const Watch& watch = {});
 
 }  // namespace mray::cpu

@@ -60,6 +60,7 @@ bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.
 
 void BruteTracer::answer(const CountQuery& query) const {
     for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        query.watch.throw_if_cancelled();
         std::uint64_t& count = query.counts[i];
         count = 0;
         for_each_hit(*topology_, positions_, query.rays[i], query.crossing,
@@ -70,6 +71,7 @@ void BruteTracer::answer(const CountQuery& query) const {
 void BruteTracer::answer(const ListQuery& query) const {
     HitLists& lists = query.lists;
     for (const Ray& ray : query.rays) {
+        query.watch.throw_if_cancelled();
         const std::size_t first = lists.hits.size();
         std::uint64_t flag = 0;
         for_each_hit(*topology_, positions_, ray, query.crossing, [&](const Hit& hit) {
@@ -100,6 +102,7 @@ void BruteTracer::answer(const NextQuery& query) const {
 
 void BruteTracer::answer(const WindingQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
+        query.watch.throw_if_cancelled();
         query.windings[i] = {};
         const vec3 p = clipped_point(query.points[i]);
         std::uint32_t prim_id = 0;
@@ -121,6 +124,7 @@ void BruteTracer::answer(const WindingQuery& query) const {
 
 void BruteTracer::answer(const ClosestQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
+        query.watch.throw_if_cancelled();
         ClosestTriangle& closest = query.closest[i];
         closest = {query.most_d2, kNoPrim};
         std::uint32_t prim_id = 0;

@@ -53,6 +53,7 @@ public:
             throw_bad_argument("visible: {} flags, but {} geom_ids", flags, least);
     }
 
+    mray::Watch watch() const { return mray::Watch(options_.cancel); }
     bool sees_all() const { return !options_.visible && !options_.excluded; }
     bool sees(std::size_t ray, std::uint32_t prim_id) const {
         return sees(ray, meshes_.locate(0, 0, 0, prim_id));

@@ -13,6 +13,7 @@
 #include "common/base/aligned_vector.h"
 #include "common/base/thread_arena.h"
 #include "common/base/watch.h"
+#include "common/frame_times.h"
 #include "cpu/scene_space/ray_keys.h"
 #include "cpu/scene_space/to_scene.h"
 #include "morphray/geometry.hpp"
@@ -58,6 +59,8 @@ std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, Poin
 inline constexpr std::size_t kFewRays = 256;
 /// Rays that are converted and traced together, in memory on the stack.
 inline constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
+/// The first run of a thread where the caller may cancel: half a stream.
+inline constexpr std::size_t kLeastRun = 32;
 
 /// Calls `work(i)` for each i below `count`, in this thread if `arena` is null.
 template <class Work>
@@ -70,12 +73,22 @@ void for_each_index(mray::ThreadArena* arena, std::size_t count, const Work& wor
 }
 
 /// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until the watch
-/// is cancelled.
+/// is cancelled. If it can be, and `least` is not 0, the first run is so long, and the others take
+/// some milliseconds.
 template <class Work>
 void for_runs_of(std::size_t begin, std::size_t end, mray::Watch watch, Work work,
-                 std::size_t most = kRun) {
-    for (; begin < end && !watch.is_cancelled(); begin += most)
-        work(begin, std::min(most, end - begin));
+                 std::size_t most = kRun, std::size_t least = 0) {
+    constexpr double kWantedMs = 4;
+    const bool is_timed = least != 0 && watch.can_cancel();
+    for (std::size_t size = is_timed ? least : most; begin < end && !watch.is_cancelled();) {
+        const std::size_t count = std::min(size, end - begin);
+        const mray::Stopwatch clock;
+        work(begin, count);
+        begin += count;
+        if (!is_timed) continue;
+        const double wanted = static_cast<double>(count) * kWantedMs / std::max(clock.ms(), 1e-3);
+        size = std::clamp(static_cast<std::size_t>(wanted), least, most);
+    }
 }
 
 /// The same for the rays [0, total), in this thread if `arena` is null or they are few.
@@ -83,13 +96,13 @@ template <class Work>
 void for_each_run(mray::ThreadArena* arena, std::size_t total, mray::Watch watch, Work work,
                   std::size_t most = kRun) {
     if (arena == nullptr || total <= kFewRays) {
-        for_runs_of(0, total, watch, work, most);
+        for_runs_of(0, total, watch, work, most, kLeastRun);
         return;
     }
     using Range = tbb::blocked_range<std::size_t>;
     arena->execute([&] {
         tbb::parallel_for(Range(0, total, kRun), [&](const Range& range) {
-            for_runs_of(range.begin(), range.end(), watch, work, most);
+            for_runs_of(range.begin(), range.end(), watch, work, most, kLeastRun);
         });
     });
 }

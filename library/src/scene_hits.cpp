@@ -52,9 +52,10 @@ std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
     if (rays.empty()) return all;
     mray::HitLists lists;
     constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
-    scene.tracer->query(mray::ListQuery{rays, crossing_of(crossing), kAll, lists});
+    scene.tracer->query(mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()});
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
+        filter.watch().throw_if_cancelled();
         std::vector<mray::Hit>& hits = all[i];
         hits.assign(next, next + lists.listed[i]);
         next += lists.listed[i];
@@ -74,7 +75,7 @@ void count_hits(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossin
     std::vector<std::size_t> listed;
     std::vector<mray::Ray> listed_rays;
     if (filter.sees_all())
-        scene.tracer->query(mray::CountQuery{rays, crossing_of(crossing), counts});
+        scene.tracer->query(mray::CountQuery{rays, crossing_of(crossing), counts, filter.watch()});
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (filter.sees_all() && !take_border_flag(counts[i], crossing)) continue;
         listed.push_back(i);
@@ -92,8 +93,8 @@ mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray
                                std::size_t first) {
     mray::HitLists lists;
     if (filter.sees_all()) {
-        scene.tracer->query(
-            mray::ListQuery{rays, crossing_of(options.crossing), options.max_hits, lists});
+        scene.tracer->query(mray::ListQuery{rays, crossing_of(options.crossing), options.max_hits,
+                                            lists, filter.watch()});
     } else {
         lists.listed.resize(rays.size());
         lists.total.resize(rays.size());

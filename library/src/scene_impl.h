@@ -194,6 +194,9 @@ decltype(auto) with_scene(const std::unique_ptr<SceneImpl>& impl, Work work) {
     });
 }
 
+/// The first submission where the caller may cancel: a workgroup.
+inline constexpr std::size_t kLeastDeviceRun = 64;
+
 /// Calls work(first, part, order) for parts of the rays from `first` on, until it is cancelled. If
 /// `sorts` and that pays, `order` has places in an order in which neighbours are alike.
 template <class Work>
@@ -219,7 +222,8 @@ void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, 
         most);
 }
 
-/// Calls ask(first, count) for parts of [0, total), on a device in turn. Throws Error(kCancelled).
+/// Calls ask(first, count) for parts of [0, total), on a device in turn. On the host it asks the
+/// watch itself. Throws Error(kCancelled).
 template <class Ask>
 void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& options, Ask ask) {
     // Enough for streams of each octant of directions.
@@ -229,14 +233,14 @@ void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& optio
     if (scene.tracer->info().answers_threads) {
         mray::ThreadArena* const arena =
             options.threads == Threads::calling ? nullptr : &scene.arena();
-        scene.cost.measure(total, [&] { for_each_run(arena, total, watch, ask, kHostBatch); });
+        scene.cost.measure(total, [&] { for_each_run(arena, total, {}, ask, kHostBatch); });
     } else {
         const mray::Stopwatch stopwatch;
         const auto ask_alone = [&](std::size_t first, std::size_t count) {
             const std::scoped_lock lock(scene.mutex);
             ask(first, count);
         };
-        for_runs_of(0, total, watch, ask_alone, kDeviceBatch);
+        for_runs_of(0, total, watch, ask_alone, kDeviceBatch, kLeastDeviceRun);
         scene.cost.add(stopwatch.ms(), total);
     }
     watch.throw_if_cancelled();

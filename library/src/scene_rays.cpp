@@ -21,10 +21,8 @@ using detail::with_scene;
 constexpr std::size_t kRowsAhead = 2;
 // Rays that are gathered are prefetched this many ahead.
 constexpr std::size_t kRaysAhead = 16;
-// Rays that are handed to a device together, and where the caller may cancel. A submission cannot
-// be interrupted, and software devices trace some hundred thousand rays a second.
+// Rays that are handed to a device together. A submission cannot be interrupted.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
-constexpr std::size_t kCancelledBatch = std::size_t{1} << 15;
 // Rows of fewer rays are not traced as an image.
 constexpr std::size_t kLeastWidth = 8;
 
@@ -153,14 +151,16 @@ class DeviceTrace {
 public:
     explicit DeviceTrace(SceneImpl& scene) : scene_(scene) {}
 
+    /// The rays of `order`, or all.
     template <class Answer>
     void trace(std::span<const Ray> part, std::span<const std::uint32_t> order,
                std::span<Answer> answers) {
-        rays_.resize(part.size());
-        t_exponents_.resize(part.size());
-        hits_.resize(part.size());
+        const std::size_t size = order.empty() ? part.size() : order.size();
+        rays_.resize(size);
+        t_exponents_.resize(size);
+        hits_.resize(size);
         const auto for_runs = [&](auto work) {
-            detail::for_each_run(&scene_.arena(), part.size(), {}, work);
+            detail::for_each_run(&scene_.arena(), size, {}, work);
         };
         for_runs([&](std::size_t first, std::size_t count) {
             std::array<Ray, kRun> room;
@@ -174,7 +174,7 @@ public:
         {
             const std::scoped_lock lock(scene_.mutex);
             scene_.tracer->trace({rays_, hits_});
-            scene_.cost.add(scene_.tracer->finish().trace_ms, part.size());
+            scene_.cost.add(scene_.tracer->finish().trace_ms, size);
         }
         for_runs([&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i) {
@@ -200,10 +200,19 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
     if (!scene.tracer->info().answers_threads) {
         DeviceTrace device(scene);
         detail::for_ordered_parts(
-            scene, rays, coherence.kind == Coherence::Kind::sort,
-            watch.can_cancel() ? kCancelledBatch : kDeviceBatch, &scene.arena(), watch,
-            [&](std::size_t first, auto part, auto order) {
-                device.trace(part, order, answers.subspan(first, part.size()));
+            scene, rays, coherence.kind == Coherence::Kind::sort, kDeviceBatch, &scene.arena(),
+            watch, [&](std::size_t first, auto part, auto order) {
+                const auto trace_run = [&](std::size_t begin, std::size_t size) {
+                    if (order.empty()) {
+                        device.trace(part.subspan(begin, size), order,
+                                     answers.subspan(first + begin, size));
+                    } else {
+                        device.trace(part, order.subspan(begin, size),
+                                     answers.subspan(first, part.size()));
+                    }
+                };
+                detail::for_runs_of(0, part.size(), watch, trace_run, kDeviceBatch,
+                                    detail::kLeastDeviceRun);
             });
         watch.throw_if_cancelled();
         return;
@@ -238,7 +247,8 @@ void pass_unseen(SceneImpl& scene, const detail::RayFilter& filter, std::span<co
         for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
         const detail::SceneBatch batch(*scene.space, passing);
         mray::HitLists lists;
-        scene.tracer->query(mray::ListQuery{batch.rays, mray::Crossing::kEach, most, lists});
+        scene.tracer->query(
+            mray::ListQuery{batch.rays, mray::Crossing::kEach, most, lists, filter.watch()});
         auto next = lists.hits.cbegin();
         for (std::size_t i = 0; i < count; ++i) {
             const auto end = next + lists.listed[i];

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <limits>
+#include <thread>
 #include <vector>
 
+#include "library/src/ray_order.h"
 #include "tests/library/scenes.h"
 
 namespace mray::test {
@@ -81,6 +84,24 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
             }
         }
     }
+}
+
+TEST(Queries, OfRaysThatTakeLongAreAskedInShortRuns) {
+    const std::atomic<bool> cancel = false;
+    std::vector<std::size_t> runs;
+    const auto run_all = [&](const Watch& watch, int us_of_ray) {
+        runs.clear();
+        morphray::detail::for_runs_of(
+            0, 100, watch,
+            [&](std::size_t, std::size_t count) {
+                std::this_thread::sleep_for(std::chrono::microseconds(us_of_ray) * count);
+                runs.push_back(count);
+            },
+            100, 10);
+        return runs;
+    };
+    EXPECT_EQ(run_all(Watch(&cancel), 400), std::vector<std::size_t>(10, 10));
+    EXPECT_EQ(run_all({}, 400), std::vector<std::size_t>{100});
 }
 
 TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {

@@ -66,9 +66,9 @@ struct QueryOptions {
     /// the ray starts. Another number of them throws bad_argument. Nothing: none. Not for points.
     std::optional<std::span<const Primitive>> excluded = {};
     /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
-    /// soon after another thread has made it true: within some milliseconds on the CPU, by brute
-    /// force once each thread has traced 1024 rays, and at the latest where a device has finished
-    /// 2^18 rays. What was not found by then is left as it was.
+    /// soon after another thread has made it true: within some milliseconds, or once each thread of
+    /// the CPU has answered the point or 64 rays that it is at, and a device its submission of
+    /// some milliseconds or 64 rays or points. What was not found by then is left as it was.
     const std::atomic<bool>* cancel = nullptr;
 };
 

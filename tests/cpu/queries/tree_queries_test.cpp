@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -41,6 +42,32 @@ TEST(TreeQueries, HaveTheBitsOfBruteForceOnEveryTarget) {
             }
         }
     }
+}
+
+TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
+    const TestScene scene = adversarial_scenes().front().scene;
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const cpu::BruteTracer brute(scene.topology(), scene.positions());
+    const cpu::TreeQueries tree(bvh, best_simd_target());
+    const std::atomic<bool> cancel = true;
+    const Watch watch(&cancel);
+    const std::vector<Ray> rays(100);
+    const std::vector<vec3> points(300);
+    std::vector<std::uint64_t> counts(rays.size());
+    HitLists lists;
+    std::vector<FloatWinding> windings(points.size());
+    std::vector<UncertainCrossing> uncertain;
+    std::vector<ClosestTriangle> closest(points.size());
+    cpu::Rivals rivals;
+    const QueryBatch batches[] = {CountQuery{rays, Crossing::kEach, counts, watch},
+                                  ListQuery{rays, Crossing::kEach, kAllHits, lists, watch},
+                                  WindingQuery{points, windings, uncertain, watch},
+                                  ClosestQuery{points, kAnyDistance2, closest, watch}};
+    for (const QueryBatch& batch : batches) {
+        EXPECT_THROW(brute(batch), Error) << batch.index();
+        EXPECT_THROW(tree(batch), Error) << batch.index();
+    }
+    EXPECT_THROW(cpu::find_rivals(bvh, best_simd_target(), points, closest, rivals, watch), Error);
 }
 
 /// Groups of 16 points within some ulp, or within parts of the scene, of mixed points.
