@@ -81,6 +81,13 @@ ExactPlace exact_place(const dvec3& p, const Corners& corners) {
     return place;
 }
 
+double exact_distance_of(const dvec3& p, const Corners& corners) {
+    const mpq_class distance2 = exact_distance(p, corners).distance2;
+    // It may be below all doubles.
+    const double most_tiny = distance2 == 0 ? 0 : std::numeric_limits<double>::min();
+    return std::sqrt(std::max(distance2.get_d(), most_tiny));
+}
+
 ClosestChoice::ClosestChoice(const dvec3& p, vec3 lower, vec3 upper)
     : p_(p), reference_(glm::clamp(p, dvec3(lower), dvec3(upper))) {
     set_middle(reference_);

@@ -1,8 +1,8 @@
 // The triangle that is exactly the closest to a point, and the place on it.
 //
-// Floats (common/interop/closest_rule.h) give a right distance, but a place beside the closest one
-// that is as far for them. Here doubles with error bounds decide, and integers of any length where
-// the bounds overlap (docs/design/arithmetic.md, "Distances").
+// Floats (common/interop/closest_rule.h) give about the distance, and a place beside the closest
+// one that is as far for them. Here doubles with error bounds decide, and integers of any length
+// where the bounds overlap (docs/design/arithmetic.md, "Distances").
 #pragma once
 
 #include <array>
@@ -29,6 +29,13 @@ struct ExactPlace {
 /// corner, and exactly the weights that are 0 are 0. All numbers are finite; no coordinate of p is
 /// above 2^300.
 ExactPlace exact_place(const dvec3& p, const Corners& corners);
+
+/// The distance of p from a triangle by the weights of exact_place(); 0 where doubles may be off by
+/// more than 2^-24 of it, and on the triangle.
+double distance_in_doubles(const dvec3& p, const Corners& corners,
+                           const std::array<double, 3>& weights);
+/// The distance of p from a triangle in any space, rounded a few times; 0 on the triangle alone.
+double exact_distance_of(const dvec3& p, const Corners& corners);
 
 struct NumberedTriangle {
     std::uint32_t prim_id;

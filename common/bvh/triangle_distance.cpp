@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstddef>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 namespace mray {
 namespace {
 
@@ -166,6 +169,31 @@ DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corn
     }
     edges[nearest].is_certain = is_certain;
     return edges[nearest];
+}
+
+double distance_in_doubles(const dvec3& p, const Corners& corners,
+                           const std::array<double, 3>& weights) {
+    // Differences are relative to a corner of the place, so errors are parts of the way from there.
+    std::array<dvec3, 3> x;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        if (weights[i] != 0) x[count++] = dvec3(corners[i]);
+    const dvec3 t = p - x[0];
+    if (count == 1) return length(t);
+    const dvec3 e = x[1] - x[0];
+    const dvec3 f = count == 2 ? t : x[2] - x[0];
+    const dvec3 normal = glm::cross(e, f);
+    const double normal2 = dot(normal, normal);
+    const double product2 = dot(e, e) * dot(f, f);
+    // The cross product is off by at most kDistanceRounding |e| |f|.
+    if (count == 2) return product2 <= 0x1p+50 * normal2 ? std::sqrt(normal2 / dot(e, e)) : 0;
+    // Seven roundings of the six products of a determinant (J. R. Shewchuk. Adaptive Precision
+    // Floating-Point Arithmetic and Fast Robust Geometric Predicates. DCG 18(3), 1997).
+    const dvec3 a = glm::abs(e), b = glm::abs(f);
+    const dvec3 sizes(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
+    const double height = std::abs(dot(normal, t));
+    const bool is_certain = 0x1p-50 * dot(sizes, glm::abs(t)) <= 0x1p-24 * height;
+    return is_certain && product2 <= 0x1p+40 * normal2 ? height / std::sqrt(normal2) : 0;
 }
 
 ExactDistance exact_distance(const dvec3& p, const Corners& corners) {

@@ -7,12 +7,11 @@
 #include <limits>
 #include <vector>
 
-#include <glm/geometric.hpp>
-
 #include "common/base/errors.h"
 #include "common/bvh/exact_closest.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
+#include "cpu/simd/rounding_bounds.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -30,6 +29,9 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kMostPoints = std::size_t{1} << 20;
 // Points up to this number are asked about in the order given.
 constexpr std::size_t kFewPoints = 64;
+// Signed distances up to this part of the size of scene and point are those of exact places: more
+// than 2^-16 of the distance of any corner, and the rule's excess.
+constexpr double kNearPart = 0x1p-14;
 
 /// The crossings of a half-line from a point.
 struct PointWinding {
@@ -52,7 +54,8 @@ struct PointWinding {
 struct PlacedTriangle {
     std::uint32_t prim_id = mray::kNoPrim;
     mray::dvec3 point;
-    double distance;
+    /// In world space.
+    float distance = kInfinity;
     float u;
     float v;
     Feature feature;
@@ -63,19 +66,23 @@ Feature feature_of(int zeros) {
     return zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex;
 }
 
-/// In world space, where 1 in scene space is `scale` long; at most the largest float.
-float to_world_distance(double distance, double scale) {
-    constexpr double kLargest = std::numeric_limits<float>::max();
-    return static_cast<float>(std::min(distance * scale, kLargest));
+/// At most the largest float, and 0 for 0 alone.
+float in_floats(double distance) {
+    using Limits = std::numeric_limits<float>;
+    if (distance == 0) return 0;
+    return static_cast<float>(std::clamp<double>(distance, Limits::denorm_min(), Limits::max()));
+}
+
+double largest_of(const mray::dvec3& p) {
+    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
 }
 
 /// Whether tracers find the closest triangle of a point.
-bool is_within(const mray::dvec3& p) {
-    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= detail::kMostPoint;
-}
+bool is_within(const mray::dvec3& p) { return largest_of(p) <= detail::kMostPoint; }
 
 /// Points in scene space; those that are not finite have is_finite 0 and some place.
 struct ScenePoints {
+    std::span<const Vec3> world;
     std::vector<mray::vec3> points;
     /// Before they were rounded, or brought nearer.
     std::vector<mray::dvec3> exact;
@@ -83,7 +90,8 @@ struct ScenePoints {
     /// The order to ask in; empty for the one given.
     std::vector<std::uint32_t> order;
 
-    ScenePoints(const detail::RaySpace& space, std::span<const Vec3> world, PointOrder by) {
+    ScenePoints(const detail::RaySpace& space, std::span<const Vec3> asked, PointOrder by)
+        : world(asked) {
         points.resize(world.size(), mray::vec3(0, 0, 0));
         exact.resize(world.size(), mray::dvec3(0, 0, 0));
         is_finite.resize(world.size());
@@ -134,36 +142,47 @@ void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions&
     });
 }
 
+mray::vec3 to_vector(const Vec3& p) { return {p.x, p.y, p.z}; }
+
+mray::Corners world_corners(const SceneImpl& scene, std::uint32_t prim_id) {
+    const mray::uvec3 t = scene.meshes.topology().triangles[prim_id];
+    return {scene.pose.world_position(t.x), scene.pose.world_position(t.y),
+            scene.pose.world_position(t.z)};
+}
+
 /// Finds crossings exactly, and calls visit(i, winding) for each point that is finite.
 template <class Visit>
-void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points,
-          const QueryOptions& options, Visit visit) {
+void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options, Visit visit) {
+    const mray::Watch watch(options.cancel);
     const auto find = [&](auto asked, auto answers, auto index) {
         std::vector<mray::FloatWinding> windings(asked.size());
         std::vector<mray::UncertainCrossing> uncertain;
-        scene.tracer->query(mray::WindingQuery{asked, windings, uncertain});
+        scene.tracer->query(mray::WindingQuery{asked, windings, uncertain, watch});
         for (std::size_t i = 0; i < answers.size(); ++i)
             answers[i] = {windings[i].winding, windings[i].crossings, false};
         for (const mray::UncertainCrossing& one : uncertain) {
+            watch.throw_if_cancelled();
             const std::size_t at = index(one.point);
             if (points.is_finite[at] == 0) continue;
-            const mray::uvec3 t = scene.meshes.topology().triangles[one.prim_id];
-            answers[one.point].add(mray::exact_crossing(
-                {world[at].x, world[at].y, world[at].z}, scene.pose.world_position(t.x),
-                scene.pose.world_position(t.y), scene.pose.world_position(t.z)));
+            const auto& [a, b, c] = world_corners(scene, one.prim_id);
+            answers[one.point].add(mray::exact_crossing(to_vector(points.world[at]), a, b, c));
         }
     };
     ask_points<PointWinding>(scene, points, options, find, visit);
 }
 
-/// At least the squares of all distances in scene space that to_world_distance() takes to
-/// max_distance or less. Throws Error for a max_distance that is negative or NaN.
+/// At least the squares of distances by the rule, in scene space, of triangles that are no farther
+/// than max_distance. Throws Error for a max_distance that is negative or NaN.
 float most_d2(const SceneImpl& scene, float max_distance) {
     if (!(max_distance >= 0))
         throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
     // The next float, because distances are rounded, by up to a half of them if they are denormals;
     // and a little more than its square.
-    const double most = scene.pose.space().length_to_scene(std::nextafter(max_distance, kInfinity));
+    const double exact =
+        scene.pose.space().length_to_scene(std::nextafter(max_distance, kInfinity));
+    // The largest coordinate of a corner relative to a point so near; the point's own is smaller.
+    const double size = 2 * mray::kSceneExtent + exact;
+    const double most = exact + size * (mray::cpu::kRuleExcess + mray::cpu::kPointRounding);
     return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
 }
 
@@ -177,15 +196,21 @@ mray::NumberedTriangle closest_triangle(SceneImpl& scene, const mray::dvec3& p,
     return are_too_many ? mray::exact_closest(scene.tree(), p) : mray::exact_closest(p, rivals);
 }
 
-/// The place on a triangle that is the closest one to p, and its distance as the rule gives it.
-PlacedTriangle place_on(const mray::NumberedTriangle& triangle, const mray::dvec3& p,
-                        double distance) {
+/// The place on a triangle that is the closest one to the point p, which is `world`.
+PlacedTriangle place_on(const SceneImpl& scene, const mray::NumberedTriangle& triangle,
+                        const mray::dvec3& p, const Vec3& world) {
     const mray::ExactPlace place = mray::exact_place(p, triangle.corners);
+    double distance = mray::distance_in_doubles(p, triangle.corners, place.weights);
+    // Nearer, the rounding of coordinates to the grid of scene space may count.
+    distance = distance >= 0x1p-14
+                   ? scene.pose.space().length_to_world(distance)
+                   : mray::exact_distance_of(mray::dvec3(to_vector(world)),
+                                             world_corners(scene, triangle.prim_id));
     const auto& [first, second, third] = place.weights;
     PlacedTriangle placed{
         .prim_id = triangle.prim_id,
         .point = place.point,
-        .distance = is_within(p) ? distance : glm::distance(place.point, p),
+        .distance = in_floats(distance),
         .u = static_cast<float>(second),
         .v = static_cast<float>(third),
         .feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)))};
@@ -194,43 +219,49 @@ PlacedTriangle place_on(const mray::NumberedTriangle& triangle, const mray::dvec
     return placed;
 }
 
-/// The exactly closest triangles of `run`, the points index(i), and the places on them.
+/// The exactly closest triangles of `run`, the points index(i), and the places on them. None is
+/// farther than `found`.
 template <class Index>
 void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
-                 Index index, float most, std::span<PlacedTriangle> placed) {
-    std::vector<mray::ClosestTriangle> found(run.size(), {most, mray::kNoPrim});
-    // The CPU's tracer would walk the same tree as find_rivals().
-    if (scene.device.name() != "cpu") scene.tracer->query(mray::ClosestQuery{run, most, found});
+                 Index index, std::span<mray::ClosestTriangle> found, const mray::Watch& watch,
+                 std::span<PlacedTriangle> placed) {
     mray::cpu::Rivals rivals;
-    mray::cpu::find_rivals(scene.tree(), scene.target(), run, found, rivals);
+    mray::cpu::find_rivals(scene.tree(), scene.target(), run, found, rivals, watch);
+    // Together: each would be waited for in the loop below.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
     std::size_t first = 0;
     for (std::size_t i = 0; i < run.size(); ++i) {
+        watch.throw_if_cancelled();
         const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
         first = rivals.ends[i];
         const mray::NumberedTriangle closest = closest_triangle(scene, exact[i], own);
-        if (closest.prim_id != mray::kNoPrim)
-            placed[i] = place_on(closest, exact[i], std::sqrt(double{found[i].d2}));
+        if (closest.prim_id != mray::kNoPrim && asked.is_finite[index(i)] != 0)
+            placed[i] = place_on(scene, closest, exact[i], asked.world[index(i)]);
     }
 }
 
-/// The distances of the closest triangles of `run`; a negative one if there is none.
+/// The distances of the closest triangles of `run`; infinite if there is none. They are those of
+/// places near a surface and far away, elsewhere those of the rule, which take less time.
 template <class Index>
 void find_distances(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
-                    Index index, float most, std::span<double> distances) {
+                    Index index, float most, const mray::Watch& watch, std::span<float> distances) {
     std::vector<mray::ClosestTriangle> found(run.size());
-    scene.tracer->query(mray::ClosestQuery{run, most, found});
+    scene.tracer->query(mray::ClosestQuery{run, most, found, watch});
     for (std::size_t i = 0; i < run.size(); ++i) {
         const mray::dvec3& p = asked.exact[index(i)];
-        if (is_within(p)) {
-            distances[i] = found[i].prim_id != mray::kNoPrim ? std::sqrt(double{found[i].d2}) : -1;
+        const bool is_none = found[i].prim_id == mray::kNoPrim;
+        const double distance = is_none ? kInfinity : std::sqrt(double{found[i].d2});
+        if (is_within(p) && distance > kNearPart * (mray::kSceneExtent + largest_of(p))) {
+            distances[i] =
+                is_none ? kInfinity : in_floats(scene.pose.space().length_to_world(distance));
             continue;
         }
-        const mray::NumberedTriangle closest = closest_triangle(scene, p, {});
-        distances[i] = closest.prim_id != mray::kNoPrim
-                           ? glm::distance(mray::exact_place(p, closest.corners).point, p)
-                           : -1;
+        PlacedTriangle placed;
+        find_places(
+            scene, asked, run.subspan(i, 1), [&](std::size_t) { return index(i); },
+            std::span(&found[i], 1), watch, std::span(&placed, 1));
+        distances[i] = placed.distance;
     }
 }
 
@@ -243,7 +274,7 @@ ClosestPoint to_world(const SceneImpl& scene, const PlacedTriangle& place, doubl
     }
     const Hit hit = scene.meshes.locate(0, place.u, place.v, place.prim_id);
     return {.point = {world[0], world[1], world[2]},
-            .distance = to_world_distance(place.distance, scale),
+            .distance = place.distance,
             .u = place.u,
             .v = place.v,
             .prim_id = hit.prim_id,
@@ -258,7 +289,7 @@ void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windin
     with_scene(impl_, [&](SceneImpl& scene) {
         for_blocks(points, windings, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, 0);
-            wind(scene, part, {*scene.space, part, PointOrder::columns}, options,
+            wind(scene, {*scene.space, part, PointOrder::columns}, options,
                  [&](std::size_t i, const PointWinding& winding) { answers[i] = winding.winding; });
         });
     });
@@ -269,7 +300,7 @@ void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> insid
     with_scene(impl_, [&](SceneImpl& scene) {
         for_blocks(points, inside, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, std::uint8_t{0});
-            wind(scene, part, {*scene.space, part, PointOrder::columns}, options,
+            wind(scene, {*scene.space, part, PointOrder::columns}, options,
                  [&](std::size_t i, const PointWinding& winding) {
                      answers[i] = winding.is_inside(rule) ? 1 : 0;
                  });
@@ -281,12 +312,17 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
                            float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         const float most = most_d2(scene, max_distance);
+        const mray::Watch watch(options.cancel);
         const double scale = scene.pose.space().length_to_world(1);
         for_blocks(points, closest, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, ClosestPoint{});
             const ScenePoints asked(*scene.space, part, PointOrder::places);
-            const auto find = [&](std::span<const mray::vec3> run, auto found, auto index) {
-                find_places(scene, asked, run, index, most, found);
+            const auto find = [&](std::span<const mray::vec3> run, auto placed, auto index) {
+                std::vector<mray::ClosestTriangle> found(run.size(), {most, mray::kNoPrim});
+                // The CPU's tracer would walk the same tree as find_rivals().
+                if (scene.device.name() != "cpu")
+                    scene.tracer->query(mray::ClosestQuery{run, most, found, watch});
+                find_places(scene, asked, run, index, found, watch, placed);
             };
             ask_points<PlacedTriangle>(scene, asked, options, find,
                                        [&](std::size_t i, const PlacedTriangle& found) {
@@ -302,7 +338,7 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
                             float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         const float most = most_d2(scene, max_distance);
-        const double scale = scene.pose.space().length_to_world(1);
+        const mray::Watch watch(options.cancel);
         for_blocks(points, distances, options, [&](auto part, auto answers) {
             ScenePoints asked(*scene.space, part, PointOrder::places);
             for (std::size_t i = 0; i < part.size(); ++i) {
@@ -310,15 +346,13 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
                     asked.is_finite[i] != 0 ? kInfinity : std::numeric_limits<float>::quiet_NaN();
             }
             const auto find = [&](auto run, auto found, auto index) {
-                find_distances(scene, asked, run, index, most, found);
+                find_distances(scene, asked, run, index, most, watch, found);
             };
-            ask_points<double>(scene, asked, options, find, [&](std::size_t i, double found) {
-                if (found < 0) return;
-                const float distance = to_world_distance(found, scale);
-                if (distance <= max_distance) answers[i] = distance;
+            ask_points<float>(scene, asked, options, find, [&](std::size_t i, float found) {
+                if (found <= max_distance) answers[i] = found;
             });
             asked.sort(PointOrder::columns);
-            wind(scene, part, asked, options, [&](std::size_t i, const PointWinding& winding) {
+            wind(scene, asked, options, [&](std::size_t i, const PointWinding& winding) {
                 if (winding.is_on_surface) {
                     answers[i] = 0;
                 } else if (winding.is_inside(rule)) {

@@ -334,13 +334,14 @@ TEST(ClosestPoints, AreFoundWithinExactlyTheirDistance) {
             float distance = 0;
             scene.signed_distance({&points[i], 1}, {&all, 1});
             scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero,
-                                  closest[i].distance);
+                                  std::abs(all));
             EXPECT_EQ(distance, all) << half << ", point " << i;
             const float less = std::nextafter(closest[i].distance, -1.0f);
             if (less < 0) continue;
             scene.closest_points({&points[i], 1}, {&again, 1}, less);
             EXPECT_FALSE(again) << half << ", point " << i;
-            scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero, less);
+            scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero,
+                                  std::nextafter(std::abs(all), -1.0f));
             EXPECT_EQ(distance, all == 0 ? 0 : std::copysign(kInfinity, all));
         }
     }

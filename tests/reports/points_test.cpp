@@ -196,9 +196,7 @@ TEST_P(PointReports, AClosestPointFromAnyDistanceIsThatOfTheSurface) {
                          static_cast<float>(random.real(0, 1)), far};
             const ClosestPoint found = closest(scene, p);
             EXPECT_EQ(found.point, (Vec3{p.x, p.y, 0})) << far;
-            // From near by the distance is that of floats.
-            EXPECT_TRUE(far < 0.5f || is_within_an_ulp(found.distance, far));
-            EXPECT_NEAR(found.distance, far, 0x1p-23 * std::max(far, 0.01f));
+            EXPECT_TRUE(is_within_an_ulp(found.distance, far));
             EXPECT_EQ(found.distance, std::abs(distance(scene, p)));
             const auto x = static_cast<std::uint32_t>(p.x * kCells);
             const auto y = static_cast<std::uint32_t>(p.y * kCells);
@@ -212,6 +210,39 @@ TEST_P(PointReports, AClosestPointFromAnyDistanceIsThatOfTheSurface) {
         EXPECT_EQ(closest(scene, {0.3f, -far, far}).feature, morphray::Feature::edge);
         EXPECT_EQ(closest(scene, {-far, -far, far}).point, (Vec3{0, 0, 0}));
         EXPECT_EQ(closest(scene, {-far, -far, far}).feature, morphray::Feature::vertex);
+    }
+}
+
+TEST_P(PointReports, ADistanceIsThatOfThePlaceHoweverNear) {
+    for (const float size : {1e-30f, 1e-3f, 1.0f, 3e4f, 1e30f}) {
+        UserMesh mesh = tetrahedron();
+        for (Vec3& p : mesh.points) p = {p.x * size, p.y * size, p.z * size};
+        const Scene scene = build(mesh);
+        Random random(5);
+        for (int i = 0; i < 2000; ++i) {
+            // Beside the face x + y + z = size, over its inside.
+            const auto part = [&] { return static_cast<float>(random.real(0.2, 0.35)) * size; };
+            const auto beside = static_cast<float>(std::exp2(random.real(-30, -15)));
+            Vec3 p{part(), part(), 0};
+            p.z = size - p.x - p.y;
+            p.z += (i % 2 == 0 ? beside : -beside) * size;
+            // Exact: the floats are within a few powers of two.
+            const double height = (double{p.x} + p.y + p.z - size) / std::sqrt(3.0);
+            const ClosestPoint found = closest(scene, p);
+            ASSERT_TRUE(is_within_an_ulp(found.distance, std::abs(height))) << size;
+            ASSERT_EQ(found.distance == 0, height == 0);
+            ASSERT_EQ(distance(scene, p), height < 0 ? -found.distance : found.distance);
+            ASSERT_EQ(is_inside(scene, p), height <= 0);
+        }
+        EXPECT_FALSE(closest(scene, {NAN, 0, 0}));
+        EXPECT_TRUE(std::isnan(distance(scene, {0, NAN, 0})));
+        // Beside the face z = 0, much nearer than coordinates of that size are apart.
+        for (const float beside : {1e-10f, 1e-20f, 1e-30f, 1e-43f, -1e-10f, -1e-43f}) {
+            const Vec3 p{0.25f * size, 0.25f * size, beside};
+            if (size < 1e-3f && std::abs(beside) > 1e-33f) continue;
+            EXPECT_TRUE(is_within_an_ulp(closest(scene, p).distance, std::abs(beside))) << size;
+            EXPECT_TRUE(is_within_an_ulp(distance(scene, p), -beside)) << size;
+        }
     }
 }
 

@@ -290,17 +290,20 @@ public:
                   FillRule rule = FillRule::nonzero, const QueryOptions& options = {}) const;
 
     /// Finds the closest points of the meshes no farther than max_distance: closest[i] answers
-    /// points[i]. Triangle, feature and place are exact but for the rounding of the place.
-    /// Distances are those of vertices that are moved by up to 2^-24 of their distance from the
-    /// point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"). None is found for a point
-    /// that is not finite. The first call after an update reads the tree back from a device. Throws
-    /// bad_argument for a max_distance that is negative or NaN; otherwise throws as intersect().
+    /// points[i]. Triangle, feature and place are exact but for the rounding of the place. The
+    /// distance is that of the exact place, at most 2 ulp off, and 0 only on the triangle
+    /// (docs/design/arithmetic.md, "Distances"). None is found for a point that is not finite. The
+    /// first call after an update reads the tree back from a device. Throws bad_argument for a
+    /// max_distance that is negative or NaN; otherwise throws as intersect().
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance = std::numeric_limits<float>::infinity(),
                         const QueryOptions& options = {}) const;
-    /// The distances of closest_points() from points to the meshes, negative inside by the rule of
-    /// contains(), 0 for a point that lies on a triangle. Infinity, negative inside, if nothing is
-    /// found within max_distance; NaN for a point that is not finite. Throws as closest_points().
+    /// The distances from points to the meshes, negative inside by the rule of contains(), 0 for a
+    /// point that lies on a triangle. Up to 2^-14 of the scene's size and of the point's distance
+    /// from its middle they are those of closest_points(), and need the tree as these do. Farther
+    /// ones take less time, and are off by up to 2^-21 of the distance of the closest triangle's
+    /// farthest corner. Infinity, negative inside, if nothing is found within max_distance; NaN for
+    /// a point that is not finite. Throws as closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
                          float max_distance = std::numeric_limits<float>::infinity(),

@@ -121,6 +121,7 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
         std::vector<NumberedTriangle> all;
         for (std::uint32_t k = count; k-- > 0;) all.push_back({k, mesh.corners(k)});
         double largest = 0;
+        int in_doubles = 0;
         for (int i = 0; i < 150; ++i) {
             // From a place on the surface, in some direction, 1e-7 to 1e7 sizes away.
             const Corners from = mesh.corners(random.below(count));
@@ -144,6 +145,11 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
             ASSERT_EQ(own.weights[1] == 0, place.v == 0) << i;
             ASSERT_EQ(own.weights[2] == 0, place.w == 0) << i;
             const Corners corners = mesh.corners(found);
+            const double distance = std::sqrt(place.distance2.get_d());
+            const double rounded = distance_in_doubles(p, corners, own.weights);
+            in_doubles += rounded > 0;
+            ASSERT_TRUE(rounded == 0 || std::abs(rounded - distance) <= distance * 0x1p-24) << i;
+            ASSERT_LE(std::abs(exact_distance_of(p, corners) - distance), distance * 0x1p-50) << i;
             for (int axis = 0; axis < 3; ++axis) {
                 const mpq_class a(double{corners[0][axis]});
                 const mpq_class exact = a + place.v * (double{corners[1][axis]} - a) +
@@ -152,6 +158,7 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
             }
         }
         EXPECT_LT(largest, kSceneExtent * 0x1p-26);
+        EXPECT_GT(in_doubles, 100);
     }
 }
 
