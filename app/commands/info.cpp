@@ -106,7 +106,8 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     json["edges"] = {{"open", edges.open},
                      {"shared", edges.shared},
                      {"turned", edges.turned},
-                     {"uneven", edges.uneven}};
+                     {"uneven", edges.uneven},
+                     {"twins", edges.twins}};
     json["topology_hash"] = hash_text(topology_hash(topology));
     add_textures(json, animation.textures());
     json["animations"] = Json::array();
@@ -138,8 +139,8 @@ std::string scene_text_of(const Json& json) {
                     json["zero_area"].dump(), json["not_finite"].dump(), json["too_far"].dump()));
     add("vertices", json["vertices"].dump());
     const Json& edges = json["edges"];
-    add("edges",
-        describe(EdgeCounts{edges["open"], edges["shared"], edges["turned"], edges["uneven"]}));
+    add("edges", describe(EdgeCounts{edges["open"], edges["shared"], edges["turned"],
+                                     edges["uneven"], edges["twins"]}));
     std::string frames = fmt::format("{} to {}", json["first_frame"].get<double>(), last);
     if (const Json& fps = json["fps"]; !fps.is_null())
         frames +=

@@ -36,18 +36,20 @@ std::string text_of(const morphray::ClosestPoint& c, const Origin& origin) {
                        name_of(c.feature));
 }
 
-/// Warns if queries that need a closed mesh are about one that is not.
+/// Warns if queries that need a closed mesh are about one that is not, or encloses nothing.
 void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
                   const Messages& messages) {
     const bool needs_closed = std::ranges::any_of(
         options.queries, [](PointQuery query) { return query != PointQuery::kClosest; });
     if (!needs_closed) return;
     const morphray::EdgeCounts edges = posed.scene->scene().edge_counts();
-    if (edges.is_closed()) return;
-    messages.warn(
-        {escape(posed.animation->name()),
-         fmt::format("edges: {}; inside, winding and signs of distances need a closed mesh",
-                     describe(EdgeCounts{edges.open, edges.shared, edges.turned, edges.uneven}))});
+    if (edges.is_closed() && edges.twins == 0) return;
+    messages.warn({escape(posed.animation->name()),
+                   fmt::format("edges: {}; inside, winding and signs of distances need a closed "
+                               "mesh{}",
+                               describe(EdgeCounts{edges.open, edges.shared, edges.turned,
+                                                   edges.uneven, edges.twins}),
+                               edges.twins != 0 ? " without twins" : "")});
 }
 
 /// Answers queries about points in batches and gathers the answers as lines.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <tuple>
@@ -52,6 +53,7 @@ struct DirectedEdge {
     }
 };
 
+/// The three edges of each triangle, one triangle after the other.
 std::vector<DirectedEdge> edges_of(const Topology& topology, std::span<const vec3> positions) {
     const std::vector<std::uint32_t> places = number_places(positions);
     std::vector<DirectedEdge> edges;
@@ -67,6 +69,18 @@ std::vector<DirectedEdge> edges_of(const Topology& topology, std::span<const vec
         }
     }
     return edges;
+}
+
+std::uint64_t count_twins(std::span<const DirectedEdge> edges) {
+    // The lowest place comes first.
+    std::vector<std::array<std::uint32_t, 3>> triangles(edges.size() / 3);
+    for (std::size_t i = 0; i < edges.size(); ++i)
+        triangles[i / 3][i % 3] = edges[i].is_upward ? edges[i].lower : edges[i].upper;
+    for (auto& t : triangles) std::rotate(t.begin(), std::ranges::min_element(t), t.end());
+    std::ranges::sort(triangles);
+    return static_cast<std::uint64_t>(std::ranges::count_if(triangles, [&](const auto& t) {
+        return std::ranges::binary_search(triangles, std::array{t[0], t[2], t[1]});
+    }));
 }
 
 }  // namespace
@@ -135,10 +149,10 @@ bool has_area(vec3 a, vec3 b, vec3 c) {
 
 EdgeCounts count_edges(const Topology& topology, std::span<const vec3> positions) {
     std::vector<DirectedEdge> edges = edges_of(topology, positions);
+    EdgeCounts counts{.twins = count_twins(edges)};
     std::sort(edges.begin(), edges.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
         return std::tie(a.lower, a.upper) < std::tie(b.lower, b.upper);
     });
-    EdgeCounts counts;
     for (auto first = edges.begin(); first != edges.end();) {
         const auto last = std::find_if(
             first, edges.end(), [&](const DirectedEdge& e) { return !e.is_same_edge(*first); });
@@ -155,9 +169,11 @@ EdgeCounts count_edges(const Topology& topology, std::span<const vec3> positions
 }
 
 std::string describe(const EdgeCounts& counts) {
-    return fmt::format("{}{} open, {} of more than two triangles, {} turned",
+    const std::string twins =
+        fmt::format("; {} triangles have a twin in the opposite direction", counts.twins);
+    return fmt::format("{}{} open, {} of more than two triangles, {} turned{}",
                        counts.uneven == 0 ? "closed: " : "", counts.open, counts.shared,
-                       counts.turned);
+                       counts.turned, counts.twins != 0 ? twins : "");
 }
 
 }  // namespace mray

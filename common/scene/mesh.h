@@ -72,6 +72,8 @@ struct EdgeCounts {
     /// Edges that triangles run through more often in one direction than in the other: all open and
     /// turned ones, and some shared ones. The surface is closed if there are none.
     std::uint64_t uneven = 0;
+    /// Triangles of which another one has the same places in the opposite direction.
+    std::uint64_t twins = 0;
 };
 
 /// Counts the edges of all triangles at these positions (scene space). Vertices at one place are
@@ -79,7 +81,7 @@ struct EdgeCounts {
 /// count. O(n log n).
 EdgeCounts count_edges(const Topology& topology, std::span<const vec3> positions);
 
-/// "4 open, 0 of more than two triangles, 1 turned", or "closed: 0 open, ...".
+/// "4 open, 0 of more than two triangles, 1 turned", or "closed: 0 open, ...", and any twins.
 std::string describe(const EdgeCounts& counts);
 
 }  // namespace mray

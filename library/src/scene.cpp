@@ -319,7 +319,8 @@ EdgeCounts Scene::edge_counts() const {
         if (!scene.edge_counts) {
             const mray::EdgeCounts counts =
                 mray::count_edges(scene.meshes.topology(), scene.pose.positions());
-            scene.edge_counts = {counts.open, counts.shared, counts.turned, counts.uneven};
+            scene.edge_counts = {counts.open, counts.shared, counts.turned, counts.uneven,
+                                 counts.twins};
         }
         return *scene.edge_counts;
     });

@@ -54,6 +54,20 @@ TEST(Query, WarnsOnceOfAnOpenMesh) {
     EXPECT_EQ(query(scene, "0 0 1\n", {"--ask", "closest"}).err, "");
 }
 
+TEST(Query, WarnsOfAMeshWhoseTrianglesAreThereInBothDirections) {
+    TemporaryFolder folder;
+    const std::string doubled =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        "f 2 3 1\nf 4 2 1\nf 3 4 1\nf 4 3 2\n";
+    const std::string scene = folder.write("doubled.obj", doubled);
+    const Outcome outcome = query(scene, "0.25 0.25 0.125\n", {"--ask", "inside,winding"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out, "0 0\n");
+    EXPECT_NE(outcome.err.find("8 triangles have a twin"), std::string::npos) << outcome.err;
+    EXPECT_NE(run({"info", scene, "--json", "-"}).out.find("\"twins\": 8"), std::string::npos);
+    EXPECT_EQ(query(scene, "0 0 1\n", {"--ask", "closest"}).err, "");
+}
+
 TEST(Query, DistanceBeyondTheLargestIsInfiniteWithItsSign) {
     TemporaryFolder folder;
     const std::string scene = folder.write("c.obj", cube(2));

@@ -147,8 +147,12 @@ struct EdgeCounts {
     /// Edges that are run through more often in one direction than in the other: those that are
     /// open or turned, and some of the shared ones.
     std::uint64_t uneven = 0;
+    /// Triangles of which another one has the same places in the opposite direction. Both enclose
+    /// nothing. Triangles of the same direction are no twins: the surface winds twice there.
+    std::uint64_t twins = 0;
 
-    /// True if inside, winding and the sign of distances are those of a solid.
+    /// True if inside, winding and the sign of distances are those of a solid. If all triangles are
+    /// twins, that is a solid without an inside.
     bool is_closed() const { return uneven == 0; }
     bool operator==(const EdgeCounts&) const = default;
 };

@@ -156,13 +156,15 @@ the triangles are never hit.)")
                       "Edges that two triangles run through in one direction.")
         .def_readonly("uneven", &EdgeCounts::uneven,
                       "Edges that are run through more often in one direction.")
+        .def_readonly("twins", &EdgeCounts::twins,
+                      "Triangles of which another has the same places in the opposite direction.")
         .def_property_readonly(
             "is_closed", &EdgeCounts::is_closed,
             "True if inside, winding and the sign of distances are those of a solid.")
         .def("__repr__", [](const EdgeCounts& edges) {
             return "<morphray.EdgeCounts " + std::to_string(edges.open) + " open, " +
                    std::to_string(edges.shared) + " shared, " + std::to_string(edges.turned) +
-                   " turned>";
+                   " turned, " + std::to_string(edges.twins) + " twins>";
         });
     py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
         .def_readonly("sah_cost", &TreeStatistics::sah_cost,
@@ -269,8 +271,8 @@ With geom_id it reads count points of one mesh from first on, or all from there.
         .def("last_update", reading(&Scene::last_update),
              "What the last build or update() did, as far as it is known by now.")
         .def("edge_counts", reading(&Scene::edge_counts),
-             "The edges where the surface is not that of a solid, at the pose at which this is "
-             "first called.")
+             "The edges where the surface is not that of a solid, and triangles that are there in "
+             "both directions, at the pose at which this is first called.")
         .def("render", &render,
              R"(Renders an Image with a pinhole camera and a light.
 

@@ -46,6 +46,19 @@ TEST(MeshEdges, SharedEdgesMayBeEven) {
     expect_counts(counts_of(corners, triangles), 0, 3, 0, 3);
 }
 
+TEST(MeshEdges, TwinsHaveTheOppositeDirection) {
+    std::vector<uvec3> triangles = kTetrahedron;
+    for (const uvec3& t : kTetrahedron) triangles.push_back({t.y, t.z, t.x});
+    expect_counts(counts_of(kCorners, triangles), 0, 6, 0, 0);
+    EXPECT_EQ(counts_of(kCorners, triangles).twins, 0u);
+    triangles.push_back({1, 2, 0});
+    EXPECT_EQ(counts_of(kCorners, triangles).twins, 3u);
+    triangles = kTetrahedron;
+    for (const uvec3& t : kTetrahedron) triangles.push_back({t.y, t.x, t.z});
+    expect_counts(counts_of(kCorners, triangles), 0, 6, 0, 0);
+    EXPECT_EQ(counts_of(kCorners, triangles).twins, 8u);
+}
+
 TEST(MeshEdges, VerticesAtOnePlaceAreOne) {
     std::vector<vec3> corners;
     std::vector<uvec3> triangles;

@@ -47,7 +47,11 @@ def test_open_edges_are_counted():
     assert not edges.is_closed and "3 open" in repr(edges)
     scene.detach(geom_id)
     scene.update()
-    assert scene.edge_counts().is_closed
+    assert scene.edge_counts().is_closed and scene.edge_counts().twins == 0
+    scene.attach(points, triangles[:, ::-1])
+    scene.update()
+    assert scene.edge_counts().twins == 24 and "24 twins" in repr(scene.edge_counts())
+    assert not scene.contains([[0.5, 0.25, 0.5]]).any()
 
 
 def test_rays_of_all_layouts_are_the_same_rays():
