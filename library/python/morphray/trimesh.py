@@ -9,9 +9,9 @@
 A mesh is any object with `vertices`, (V, 3) numbers, and `faces`, (F, 3) integers; trimesh itself is
 not imported. Coordinates are below 1e100, and a mesh is 0 or at least 1e-100 large.
 
-Numbers are float64, as trimesh's are. Which triangles are hit and closest, and which points are
-inside, is decided for coordinates that are rounded to float32 relative to the mesh; locations,
-distances and which hits lie behind an origin are then computed in float64 from the mesh as it is.
+Numbers are float64, as trimesh's are. Which triangles are hit and closest is decided for coordinates
+that are rounded to float32 relative to the mesh; locations, distances, which hits lie behind an
+origin and which points are inside are then found in float64 from the mesh as it is.
 
 A mesh that moved is updated, not built anew.
 """
@@ -38,6 +38,12 @@ _BACK = 2.0**-18
 # Below this sine of the angle between ray and triangle the location is taken from the triangle, and
 # from the ray above it: either is then within 2^-14 of the other one in a frame.
 _GRAZING = 2.0**-10
+# Rounding may move a point of a frame from one side of the mesh to the other if it is so near.
+_NEAR = 2.0**-22
+# Places of a frame that float64 does not tell apart.
+_SAME = 2.0**-48
+# From a point on the mesh to one whose winding Scene.winding() gives for it.
+_BESIDE = 2.0**-30, 2.0**-40, 2.0**-50
 
 
 def _rows(array, name):
@@ -81,6 +87,40 @@ def _dot(a, b):
     return np.einsum("ij,ij->i", a, b)
 
 
+def _normals_of(corners):
+    """The unit normals of triangles, (n, 3, 3); 0 without an area."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+
+
+def _closest_on(corners, normals, points):
+    """For each point the closest one of its triangle, by the region that it projects to (Ericson,
+    Real-Time Collision Detection, 2005, section 5.1.5)."""
+    p0, p1, p2 = np.moveaxis(corners, 1, 0)
+    best = p0.copy()
+    best_distance = np.full(len(points), np.inf)
+    for start, end in ((p0, p1), (p1, p2), (p2, p0)):
+        edge = end - start
+        length = _dot(edge, edge)
+        s = np.divide(_dot(points - start, edge), length, out=np.zeros_like(length),
+                      where=length > 0)
+        on_edge = start + np.clip(s, 0, 1)[:, None] * edge
+        # An end is taken as it is.
+        on_edge[s >= 1] = end[s >= 1]
+        distance = _dot(points - on_edge, points - on_edge)
+        closer = distance < best_distance
+        best[closer], best_distance[closer] = on_edge[closer], distance[closer]
+    # Inside of all edges, the projection is closer.
+    projected = points - _dot(points - p0, normals)[:, None] * normals
+    inside = normals.any(axis=1)
+    for start, end in ((p0, p1), (p1, p2), (p2, p0)):
+        inside &= _dot(np.cross(end - start, projected - start), normals) >= 0
+    best[inside] = projected[inside]
+    return best
+
+
 class _Frame(_typing.NamedTuple):
     """Maps a mesh into [-1, 1] on all axes: by a shift, where it is farther from 0 than it is large,
     and by a power of two. Vertices that are float32 keep all of their bits."""
@@ -103,9 +143,12 @@ class _Frame(_typing.NamedTuple):
         exponent = np.frexp(size)[1] if size > 0 else 0
         return _Frame(origin, float(2.0 ** -np.clip(exponent, -1022, 1022)))
 
+    def exact(self, points):
+        return (points - self.origin) * self.scale
+
     def points(self, points):
         with np.errstate(over="ignore", invalid="ignore"):
-            return ((points - self.origin) * self.scale).astype(np.float32)
+            return self.exact(points).astype(np.float32)
 
 
 class _MeshScene:
@@ -161,11 +204,7 @@ class _MeshScene:
     def normals(self, faces):
         """The unit normals of these faces; 0 without an area."""
         # Scaled, so that products neither overflow nor vanish.
-        corners = self.vertices[self.faces[faces]] * self.frame.scale
-        with np.errstate(invalid="ignore", over="ignore"):
-            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            length = np.linalg.norm(normals, axis=1, keepdims=True)
-            return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+        return _normals_of(self.vertices[self.faces[faces]] * self.frame.scale)
 
     @property
     def fans(self):
@@ -177,6 +216,14 @@ class _MeshScene:
                           np.argsort(corners, kind="stable") // 3)
         return self._fans
 
+    def faces_at(self, vertices):
+        """The faces at each of `vertices`: (place in `vertices`, face) of each pair."""
+        first, fan = self.fans
+        count = first[vertices + 1] - first[vertices]
+        owner = np.repeat(np.arange(len(vertices)), count)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        return owner, fan[first[vertices][owner] + within]
+
     def contains(self, points):
         """No point outside of the bounds is inside, also of a mesh with holes."""
         if self._bounds is None:
@@ -186,34 +233,52 @@ class _MeshScene:
         lower, upper = self._bounds
         in_bounds = ((points >= lower) & (points <= upper)).all(axis=1)
         inside = np.zeros(len(points), bool)
-        inside[in_bounds] = self.scene.contains(self.frame.points(points[in_bounds]))
+        inside[in_bounds] = self._winds_around(points[in_bounds])
+        return inside
+
+    def _winds_around(self, points):
+        rounded = self.frame.points(points)
+        inside = self.scene.contains(rounded)
+        found = self.scene.closest_points(rounded, max_distance=_NEAR)
+        near = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
+        if len(near) == 0:
+            return inside
+        # The winding of the rounded point, and what it changes that float64 has another side.
+        owner, faces = self.faces_at(self.faces[found["prim_id"][near]].ravel())
+        owner, faces = np.unique([owner // 3, faces], axis=1)
+        on_rounded = (found["distance"][near] == 0)[:, None]
+        beside = rounded[near] + np.where(on_rounded, _BESIDE, 0)
+        before, _ = _sides(self._points[self.faces[faces]].astype(np.float64), beside, owner)
+        after, is_on = _sides(self.frame.exact(self.vertices[self.faces[faces]]),
+                              self.frame.exact(points[near]), owner)
+        winding = self.scene.winding(rounded[near]) - before + after
+        inside[near] = is_on | (winding != 0)
         return inside
 
     def closest_on(self, faces, points):
-        """For each point the closest one of its face, by the region of the triangle that it projects
-        to (Ericson, Real-Time Collision Detection, 2005, section 5.1.5)."""
-        p0, p1, p2 = np.moveaxis(self.vertices[self.faces[faces]], 1, 0)
-        best = p0.copy()
-        best_distance = np.full(len(points), np.inf)
-        for start, end in ((p0, p1), (p1, p2), (p2, p0)):
-            edge = end - start
-            length = _dot(edge, edge)
-            s = np.divide(_dot(points - start, edge), length, out=np.zeros_like(length),
-                          where=length > 0)
-            on_edge = start + np.clip(s, 0, 1)[:, None] * edge
-            # An end is taken as it is.
-            on_edge[s >= 1] = end[s >= 1]
-            distance = _dot(points - on_edge, points - on_edge)
-            closer = distance < best_distance
-            best[closer], best_distance[closer] = on_edge[closer], distance[closer]
-        # Inside of all edges, the projection is closer.
-        normals = self.normals(faces)
-        projected = points - _dot(points - p0, normals)[:, None] * normals
-        inside = normals.any(axis=1)
-        for start, end in ((p0, p1), (p1, p2), (p2, p0)):
-            inside &= _dot(np.cross(end - start, projected - start), normals) >= 0
-        best[inside] = projected[inside]
-        return best
+        """For each point the closest one of its face."""
+        return _closest_on(self.vertices[self.faces[faces]], self.normals(faces), points)
+
+
+def _sides(corners, points, owner):
+    """Whether each point is behind the closest of the triangles that have its number as owner, as 0
+    or 1, and whether it lies on it. Normals that are weighed by angles decide (Bærentzen, Aanæs,
+    Signed Distance Computation Using the Angle Weighted Pseudonormal, TVCG 11(3), 2005)."""
+    normals = _normals_of(corners)
+    places = _closest_on(corners, normals, points[owner])
+    apart = np.linalg.norm(points[owner] - places, axis=1)
+    order = np.lexsort((apart, owner))
+    best = order[np.flatnonzero(np.diff(owner[order], prepend=-1))]
+    to_corners = corners - places[best][owner][:, None]
+    length = np.linalg.norm(to_corners, axis=2)
+    corner, row = np.argmin(length, axis=1), np.arange(len(owner))
+    a, b = to_corners[row, corner - 1], to_corners[row, corner - 2]
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), _dot(a, b))
+    angle[length.min(axis=1) > _SAME] = np.pi
+    angle[~(np.linalg.norm(places - places[best][owner], axis=1) <= _SAME)] = 0
+    normal = np.zeros(points.shape)
+    np.add.at(normal, owner, angle[:, None] * normals)
+    return (_dot(normal, points - places[best]) < 0).astype(int), apart[best] <= _SAME
 
 
 class _Hits(_typing.NamedTuple):
@@ -279,8 +344,9 @@ class RayMeshIntersector:
         return self.intersects_first(ray_origins, ray_directions, excluded=excluded) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Finds which points are inside: those that the mesh winds around, exactly for float32, as
-        Scene.contains() says, and those on a triangle. None outside of the bounds is inside."""
+        """Finds which points are inside: those that the mesh winds around, as Scene.contains() says,
+        and those on a triangle. Nearer to the mesh than 2^-22 of its size, the side of the closest
+        triangle in float64 decides. None outside of the bounds is inside."""
         rows = _rows(points, "points")
         self._followed.update()
         return self._followed.contains(rows)
@@ -397,15 +463,10 @@ class ProximityQuery:
     def _face_points(self, found, points, closest, distance, triangle_id, chosen):
         """Lets each chosen point have the triangle, of those around a corner, that faces it most."""
         followed = self._followed
-        first, fan = followed.fans
         # A corner that the closest point is at, or whose edge it is on: that of the largest weight.
         u, v = found["u"].astype(np.float64), found["v"].astype(np.float64)
         corner = np.argmax(np.stack([1 - u - v, u, v], axis=-1), axis=1)
-        vertex = followed.faces[triangle_id[chosen], corner]
-        count = first[vertex + 1] - first[vertex]
-        owner = np.repeat(np.arange(len(chosen)), count)
-        within = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        faces = fan[first[vertex][owner] + within]
+        owner, faces = followed.faces_at(followed.faces[triangle_id[chosen], corner])
         point = points[chosen][owner]
         on_face = followed.closest_on(faces, point)
         apart = np.linalg.norm(point - on_face, axis=1)

@@ -155,6 +155,44 @@ def test_distances_are_positive_inside():
     assert nearest.on_surface(points)[1].tolist() == np.abs(signed).tolist()
 
 
+OCTAHEDRON = (np.concatenate([np.eye(3), -np.eye(3)]),
+              np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2],
+                        [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]))
+
+
+@pytest.mark.parametrize("scale", [1.0, 1000.0])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_side_next_to_the_surface_is_that_of_float64(scale, turned):
+    random = np.random.default_rng(0)
+    vertices, faces = OCTAHEDRON[0] * scale, OCTAHEDRON[1]
+    rays, nearest = queries(Mesh(vertices, faces[:, ::-1] if turned else faces))
+    # Over faces, edges and corners: the sum of |x|, |y| and |z| tells the side.
+    places = random.dirichlet([1, 1, 1], 4000)
+    places[:1000, 0] = 0
+    places[:1000] /= places[:1000].sum(axis=1, keepdims=True)
+    places[1000:1100] = [0, 0, 1]
+    places *= random.choice([-1, 1], (4000, 3))
+    # What lies beside a corner on an axis is outside of the bounds.
+    places[1000:1100, :2] = random.normal(size=(100, 2)) * 1e-9
+    for height in (1e-11, 1e-9, 1e-8, 1e-7, 1e-6):
+        for side in (1, -1):
+            points = places / np.abs(places).sum(axis=1, keepdims=True) * (1 + side * height) * scale
+            assert (rays.contains_points(points) == (side < 0)).all()
+            signed = nearest.signed_distance(points)
+            assert ((signed < 0) == ((side > 0) & (np.abs(signed) > 1e-8))).all()
+    # A box, whose faces are where points are rounded to; where two overlap all is inside.
+    vertices, faces = cube()
+    rays, _ = queries(Mesh(np.concatenate([vertices, vertices + 0.5]),
+                           np.concatenate([faces, faces + len(vertices)])))
+    points = random.uniform(0.05, 0.95, (600, 3))
+    points[range(600), random.integers(0, 3, 600)] = random.choice([0, 1], 600)
+    for away in (1e-9, -1e-9):
+        moved = 0.5 + (points - 0.5) * (1 + away)
+        in_second = ((moved >= 0.5) & (moved <= 1.5)).all(axis=1)
+        in_first = ((moved >= 0) & (moved <= 1)).all(axis=1)
+        assert (rays.contains_points(moved) == (in_first | in_second)).all()
+
+
 def test_no_point_outside_of_the_bounds_is_inside_a_mesh_with_holes():
     points, faces = cube()
     rays, _ = queries(Mesh(points, faces[2:]))
