@@ -69,7 +69,7 @@ TEST_P(RayReports, Amrex5789ALongSegmentBesideATriangleMisses) {
         EXPECT_FALSE(scene.intersect(ray({0.75f, 0.75f, -far}, {0, 0, 2 * far}))) << far;
 }
 
-TEST_P(RayReports, ThreeMeshBvh684ARayInTheTrianglesPlaneHitsItsEdge) {
+TEST_P(RayReports, ThreeMeshBvh684ARayThroughAnEdgeHitsIt) {
     UserMesh mesh;
     mesh.points = {{-1.3836679458618164f, -4.480311870574951f, 10},
                    {3.9273109436035156f, 5.897944450378418f, 8},
