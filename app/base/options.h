@@ -69,7 +69,6 @@ struct ImageOptions {
 struct RenderOptions {
     ImageOptions image = {};
     std::string frames = {};
-    bool skip_existing = false;
     std::string out = "out";
     std::string hits = {};
     std::string json = {};

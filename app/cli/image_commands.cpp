@@ -71,13 +71,9 @@ void add_render(CommandAdder& adder) {
             add_choice<const char*>(command, "--exr",
                                     "also OpenEXR files, with linear colours and layers",
                                     kExrColours, options.image.shading.exr);
-            command.add_flag(
-                "--skip-existing", options.skip_existing,
-                "keep images that are whole, of this scene, these options and this version");
             add_text(command, "-o,--out", "DIR|FILE.png",
                      "folder of the images, or one image (out)", options.out);
-            add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits)
-                ->excludes("--skip-existing");
+            add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits);
             add_json(command, options.json);
             adder.add_quiet(command);
             adder.add_verbose(command);

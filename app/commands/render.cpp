@@ -92,7 +92,7 @@ public:
         report_["shading"] = name_in<Shading>(kShadings, options.image.shading.shading);
         report_["samples"] = options.image.shading.samples;
         report_["complete"] = false;
-        for (const char* key : {"frames", "kept"}) report_[key] = Json::array();
+        report_["frames"] = Json::array();
         prints_rows_ = !is_stdout(options.json);
         std::size_t frame_width = 0;
         for (const FrameTask& task : tasks)
@@ -103,27 +103,6 @@ public:
             {"Mray/s", 7},          {"hits", fmt::format("{}", pixel_count(options)).size()},
             {"file", 0, false}};
         header_ = header_text(columns_);
-    }
-
-    /// Takes the image of an earlier run, if there is one that counts.
-    bool keep(std::size_t i) {
-        const FrameTask& task = tasks_[i];
-        std::vector<vec3> positions(animation_.topology().vertex_count);
-        try {
-            animation_.positions(task.frame, positions);
-        } catch (const Error& error) {
-            // Frames before this one are rendered first.
-            if (error.kind() != ErrorKind::kBadInput) throw;
-            return false;
-        }
-        std::string reason;
-        if (!is_kept(options_, folder_, task, frame_hash(animation_hash_, positions), reason)) {
-            if (!reason.empty())
-                messages_.note(fmt::format("{} is rendered again: {}", task.file, reason));
-            return false;
-        }
-        report_["kept"].push_back(task.frame);
-        return true;
     }
 
     /// Builds the tree; before the first render().
@@ -167,8 +146,7 @@ public:
     }
 
     /// Images that are there, or will be after wait().
-    std::size_t finished() const { return report_["frames"].size() + writing_.valid() + kept(); }
-    std::size_t kept() const { return report_["kept"].size(); }
+    std::size_t finished() const { return report_["frames"].size() + writing_.valid(); }
 
     /// `failure` is what ended the rendering. Returns the code of the command.
     ExitCode finish(Failure failure) {
@@ -181,11 +159,9 @@ public:
                     [&] { call_library([&] { hits_->write(options_.hits); }); });
         report_["complete"] = failure.code == ExitCode::kOk;
         report_["error"] = failure.message;
-        const std::string text = fmt::format("{} image{} of an earlier run kept in {}\n", kept(),
-                                             kept() == 1 ? "" : "s", folder_.string());
         return write_reports(failure.code, messages_,
                              {{options_.json, [&] { return json_text(report_); }}},
-                             [&] { return kept() > 0 ? text : ""; });
+                             [] { return ""; });
     }
 
 private:
@@ -252,16 +228,6 @@ void require_samples_fit(const RenderOptions& options) {
                 kMaxPixels);
 }
 
-std::vector<std::size_t> tasks_left(const RenderOptions& options, std::size_t tasks,
-                                    Renderer& renderer) {
-    std::vector<std::size_t> left;
-    for (std::size_t i = 0; i < tasks; ++i) {
-        throw_if_interrupted();
-        if (!options.skip_existing || !renderer.keep(i)) left.push_back(i);
-    }
-    return left;
-}
-
 ExitCode render_frames(RenderOptions options, const Messages& messages) {
     const std::unique_ptr<Animation> animation = open_animation(options.image.source, messages);
     const std::vector<double> frames =
@@ -275,20 +241,18 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     require_distinct(outputs);
     require_view(options.image.view, *animation);
     Renderer renderer(options, *animation, tasks, folder, messages);
-    const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     Failure failure;
-    Progress progress("rendering", left.size(), messages);
+    Progress progress("rendering", tasks.size(), messages);
     progress.begin("tree");
-    if (!left.empty()) renderer.open(tasks[left.front()].frame);
+    renderer.open(frames.front());
     // Before the reports, which may be in it.
     make_output_folder(folder);
     check_reports({options.json, options.hits});
     attempt(failure, messages, [&] {
-        for (std::size_t done = 0; done < left.size(); ++done) {
+        for (std::size_t done = 0; done < tasks.size(); ++done) {
             throw_if_interrupted();
-            const bool is_last = done + 1 == left.size();
-            renderer.render(left[done],
-                            is_last ? std::nullopt : std::optional(tasks[left[done + 1]].frame),
+            const bool is_last = done + 1 == tasks.size();
+            renderer.render(done, is_last ? std::nullopt : std::optional(frames[done + 1]),
                             progress);
             progress.update(done + 1);
         }

@@ -32,18 +32,10 @@ struct ImageLimits {
 
 bool is_png(std::string_view bytes);
 
-/// An image and the texts that stand before its pixels.
-struct PngFile {
-    Image image;
-    std::vector<PngText> texts;
-
-    std::string text(std::string_view keyword) const;
-};
-
 /// Reads the stored pixels of a PNG file without corrections; grey and palettes become RGB. Throws
-/// Error: kBadInput for a damaged file, whose texts count, too; kLimit above the limits.
-PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
-                   const ImageLimits& limits);
+/// Error: kBadInput for a damaged file, also in its texts; kLimit above the limits.
+Image decode_png(const std::string& bytes, const std::filesystem::path& path,
+                 const ImageLimits& limits);
 
 bool is_jpeg(std::string_view bytes);
 

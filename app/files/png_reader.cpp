@@ -7,7 +7,7 @@
 #include <csetjmp>
 #include <cstring>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
@@ -66,14 +66,6 @@ public:
         return true;
     }
 
-    std::vector<PngText> texts() const {
-        png_textp texts = nullptr;
-        const int count = png_get_text(png_, info_, &texts, nullptr);
-        std::vector<PngText> result;
-        for (int i = 0; i < count; ++i) result.push_back({texts[i].key, texts[i].text});
-        return result;
-    }
-
     const char* error() const { return error_; }
 
 private:
@@ -119,8 +111,8 @@ bool is_cut(std::string_view bytes) {
 
 bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
-PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
-                   const ImageLimits& limits) {
+Image decode_png(const std::string& bytes, const std::filesystem::path& path,
+                 const ImageLimits& limits) {
     if (is_png(bytes) && is_cut(bytes)) refuse_image(path, "PNG", "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse_image(path, "PNG", reader.error());
@@ -135,13 +127,7 @@ PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
         rows.push_back(
             reinterpret_cast<png_bytep>(image.pixels.data() + std::size_t{y} * image.width));
     if (!reader.read_pixels(rows.data())) refuse_image(path, "PNG", reader.error());
-    return {std::move(image), reader.texts()};
-}
-
-std::string PngFile::text(std::string_view keyword) const {
-    for (const PngText& text : texts)
-        if (text.keyword == keyword) return text.text;
-    return {};
+    return image;
 }
 
 }  // namespace mray::app

@@ -66,7 +66,7 @@ std::string texture_bytes(const TextureFile& file) {
 Image read_texture(const TextureFile& file) {
     const std::filesystem::path name = name_of(file);
     const std::string bytes = texture_bytes(file);
-    if (is_png(bytes)) return decode_png(bytes, name, kLimits).image;
+    if (is_png(bytes)) return decode_png(bytes, name, kLimits);
     if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
     throw Error(ErrorKind::kBadInput, "{}: is neither a PNG nor a JPEG file; convert it",
                 escape(name));

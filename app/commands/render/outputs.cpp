@@ -10,7 +10,6 @@
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
-#include "common/base/input_file.h"
 #include "common/image/frame.h"
 #include "common/report/shell.h"
 #include "common/text/number_text.h"
@@ -53,29 +52,6 @@ std::string render_command(const ImageOptions& options, double frame) {
     if (shading.flat) line.push_back("--flat");
     if (shading.ground) add("--ground", name_in<bool>(kOnOff, *shading.ground));
     return shell_line(line);
-}
-
-std::string software_text() { return fmt::format("morphray {}", kVersionDetail); }
-
-bool is_there(const std::filesystem::path& file) {
-    std::error_code error;
-    return std::filesystem::exists(file, error);
-}
-
-/// Why the image of an earlier run does not count; empty if it does.
-std::string flaw_of(const RenderOptions& options, const std::filesystem::path& folder,
-                    const FrameTask& task, std::uint64_t scene_hash) {
-    const std::filesystem::path file = folder / task.file;
-    const PngFile png = decode_png(read_input_file(file), file, {});
-    if (png.text("Software") != software_text()) return "another version made it";
-    if (png.text("Source") != render_command(options.image, task.frame))
-        return "it is of another command";
-    if (png.text("Scene hash") != hash_text(scene_hash)) return "it is of another scene";
-    if (png.text("Image hash") != hash_text(image_hash(png.image.pixels)))
-        return "its pixels are not those of its hash";
-    const std::filesystem::path exr = exr_file_of(options, folder, task);
-    if (!exr.empty() && !is_there(exr)) return exr.filename().string() + " is missing";
-    return {};
 }
 
 /// Also the length of an array, so that moving elements to the next one changes the hash.
@@ -145,23 +121,9 @@ std::filesystem::path exr_file_of(const RenderOptions& options, const std::files
     return (folder / task.file).replace_extension(".exr");
 }
 
-bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
-             const FrameTask& task, std::uint64_t scene_hash, std::string& reason) {
-    reason.clear();
-    if (!is_there(folder / task.file)) return false;
-    try {
-        reason = flaw_of(options, folder, task, scene_hash);
-        return reason.empty();
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit) throw;
-        reason = error.what();
-        return false;
-    }
-}
-
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,
                                  std::uint64_t scene_hash, const morphray::Image& image) {
-    return {{"Software", software_text()},
+    return {{"Software", fmt::format("morphray {}", kVersionDetail)},
             {"Source", render_command(options, frame)},
             {"Scene hash", hash_text(scene_hash)},
             {"Hits hash", hash_text(image.hits_hash)},

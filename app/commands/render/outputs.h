@@ -1,4 +1,4 @@
-// The files that a render writes, and images of an earlier run that need not be rendered again.
+// The files that a render writes, and their texts.
 #pragma once
 
 #include <cstdint>
@@ -41,11 +41,5 @@ std::uint64_t frame_hash(std::uint64_t animation_hash, std::span<const vec3> pos
 /// The texts of a PNG file: nothing that differs between backends. `scene_hash` is frame_hash().
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,
                                  std::uint64_t scene_hash, const morphray::Image& image);
-
-/// Returns true if an earlier PNG file is whole and names this version, these options and this
-/// scene, and the OpenEXR file, if wanted, exists. Else `reason` says why; it is empty if there is
-/// no file.
-bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
-             const FrameTask& task, std::uint64_t scene_hash, std::string& reason);
 
 }  // namespace mray::app

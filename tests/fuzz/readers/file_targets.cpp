@@ -62,9 +62,8 @@ std::string error_failure(const Error& error, std::string_view name) {
 
 std::string png_failure(std::string_view bytes) {
     const std::string copy(bytes);
-    return image_failure_of("case.png", [&](const std::string& name) {
-        return app::decode_png(copy, name, kLimits).image;
-    });
+    return image_failure_of(
+        "case.png", [&](const std::string& name) { return app::decode_png(copy, name, kLimits); });
 }
 
 std::string jpeg_failure(std::string_view bytes) {
