@@ -11,6 +11,7 @@
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
+#include "common/image/depth.h"
 #include "common/image/frame.h"
 #include "common/scene/view_axes.h"
 #include "common/text/text_parts.h"
@@ -94,6 +95,21 @@ void require_view(const ViewSpec& view, const Animation& animation) {
     ViewSpec spec = world_view(view, animation);
     spec.ao_count = std::max(spec.ao_count, 1u);
     make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+}
+
+std::string scale_text(morphray::Shading shading, const ViewSpec& world,
+                       const Animation& animation) {
+    using morphray::Shading;
+    if (shading == Shading::steps)
+        return "nodes and leaves that a ray enters: 1 (blue) to 64 and more (red)";
+    if (shading == Shading::sah)
+        return "area of leaves over that of their triangles: 1 (blue) to 16 and more (red)";
+    if (shading != Shading::depth) return {};
+    const WorldBounds bounds = animation.bounds();
+    const ResolvedView seen = resolve_view(world, bounds);
+    const DepthRange depths = depth_range(seen.eye, seen.target, bounds);
+    return fmt::format("depths: {:.4g} (white) to {:.4g} (dark grey)", depths.near,
+                       depths.near + depths.range);
 }
 
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
@@ -222,11 +238,10 @@ void AnimationScene::advance(double frame) {
 
 void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
                             morphray::Image& image, std::atomic<double>* progress) {
-    const ViewSpec& world = views_.of(view, animation_);
-    morphray::View whole = view_of(world, shading);
+    morphray::View whole = view_of(views_.of(view, animation_), shading);
     whole.cancel = &interrupt_flag();
     whole.progress = progress;
-    render(world, whole, image);
+    render(whole, image);
     image.image_hash = image_hash(image.pixels);
 }
 
@@ -235,19 +250,16 @@ void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& s
     morphray::View pixels = view_of(view, shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
-    render(view, pixels, image);
+    render(pixels, image);
 }
 
-void AnimationScene::render(const ViewSpec& world, const morphray::View& view,
-                            morphray::Image& image) {
+void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
     call_library([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();
     });
-    const ResolvedView seen = resolve_view(world, animation_.bounds());
-    draw_legend(view.shading, depth_range(seen.eye, seen.target, animation_.bounds()), image);
 }
 
 FrameTimes AnimationScene::times() const {

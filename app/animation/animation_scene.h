@@ -14,7 +14,6 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
-#include "common/image/depth.h"
 #include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 #include "scenes/scene_frames.h"
@@ -34,8 +33,7 @@ public:
     void prepare(double frame);
     /// Deforms the mesh and updates the tree, unless the first call is for the frame built.
     void advance(double frame);
-    /// With a legend (draw_legend()). Throws Error(kCancelled) within the image after a
-    /// signal (app/terminal/failure.h).
+    /// Throws Error(kCancelled) within the image after a signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image,
                 std::atomic<double>* progress = nullptr);
     /// The same pixels without hits, of a world_view(). `cancel` ends it by Error(kCancelled).
@@ -54,7 +52,7 @@ public:
 
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
-    void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
+    void render(const morphray::View& view, morphray::Image& image);
     /// Once, if vertices are left out since they are too far.
     void warn_of_far();
     /// Makes the positions of a frame, and the ground below them. Returns the milliseconds.
@@ -84,9 +82,10 @@ private:
 
 void require_view(const ViewSpec& view, const Animation& animation);
 
-/// Draws a scale of depths, steps or looseness over the lower left corner of an image. Leaves
-/// images of another shading, and those that are too small for it, as they are.
-void draw_legend(morphray::Shading shading, const DepthRange& depths, morphray::Image& image);
+/// The values of the colours of depths, steps or looseness, without a line's end; empty for other
+/// shadings. `world` is a world_view().
+std::string scale_text(morphray::Shading shading, const ViewSpec& world,
+                       const Animation& animation);
 
 /// The corners of a square below these bounds, four times as large; empty for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);

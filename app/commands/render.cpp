@@ -82,6 +82,7 @@ public:
         const ViewSpec& view = options.image.view;
         if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
         using morphray::Shading;
+        scale_ = scale_text(options.image.shading.shading, world_view(view, animation), animation);
         animation_hash_ = animation_hash(animation, options.image.shading.shading == Shading::lit,
                                          options.image.source.lenient);
         report_ = head_of("render", animation);
@@ -110,6 +111,7 @@ public:
         scene_.emplace(options_.image, animation_, first_frame, messages_);
         report_["backend"] = scene_->scene().device().name();
         report_["device"] = scene_->scene().device().description();
+        if (!scale_.empty()) messages_.tell(scale_);
     }
 
     /// `next` is the frame of the next call, if there is one.
@@ -170,7 +172,7 @@ private:
         const FrameTask& task = tasks_[i];
         if (hits_) call_library([&] { hits_->add(traced); });
         const std::vector<PngText> texts =
-            image_texts(options_.image, task.frame, scene_hash, traced);
+            image_texts(options_.image, task.frame, scene_hash, scale_, traced);
         if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
             const ExrColours colours =
                 options_.image.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
@@ -198,6 +200,8 @@ private:
     std::filesystem::path folder_;
     const Animation& animation_;
     const std::vector<FrameTask>& tasks_;
+    /// Of scale_text().
+    std::string scale_;
     std::uint64_t animation_hash_ = 0;
     std::optional<AnimationScene> scene_;
     Json report_;

@@ -72,6 +72,10 @@ void Messages::warn(const Warning& warning) const {
     write_line(warning.place.empty() ? kProgram : "", warnings_.back());
 }
 
+void Messages::tell(std::string_view message) const {
+    if (!quiet_) write_line(kProgram, message);
+}
+
 void Messages::note(std::string_view message) const {
     if (verbose_) write_line(kProgram, message);
 }

@@ -30,6 +30,8 @@ public:
     void warn(const Warning& warning) const;
     /// All warnings so far, each as the line that was written without the program's name.
     const std::vector<std::string>& warnings() const { return warnings_; }
+    /// As error(), unless --quiet.
+    void tell(std::string_view message) const;
     /// As error(), only under --verbose.
     void note(std::string_view message) const;
 

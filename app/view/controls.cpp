@@ -94,7 +94,7 @@ std::string figures(const TracedImage& image) {
             pane.device, pane.deform_ms, pane.update.milliseconds(),
             morphray::to_string(pane.update.step), pane.update.cost_ratio, pane.trace_ms,
             static_cast<double>(pane.rays) / std::max(pane.trace_ms, 1e-6) / 1e3);
-    return text;
+    return image.scale.empty() ? text : text + image.scale + '\n';
 }
 
 }  // namespace

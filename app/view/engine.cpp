@@ -182,6 +182,7 @@ void Engine::trace(const ImageRequest& request) {
     }
     has_traced_ = true;
     image->request = request;
+    image->scale = scale_text(request.shading, request.view, animation_);
     {
         const std::scoped_lock lock(mutex_);
         image_ = std::move(image);

@@ -33,6 +33,8 @@ struct TracedImage {
     /// As many as there are backends, or none if `error` is set.
     std::vector<TracedPane> panes;
     std::vector<morphray::Box> boxes;
+    /// Of scale_text().
+    std::string scale;
     std::string error;
 };
 

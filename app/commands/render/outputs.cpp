@@ -122,12 +122,15 @@ std::filesystem::path exr_file_of(const RenderOptions& options, const std::files
 }
 
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,
-                                 std::uint64_t scene_hash, const morphray::Image& image) {
-    return {{"Software", fmt::format("morphray {}", kVersionDetail)},
-            {"Source", render_command(options, frame)},
-            {"Scene hash", hash_text(scene_hash)},
-            {"Hits hash", hash_text(image.hits_hash)},
-            {"Image hash", hash_text(image.image_hash)}};
+                                 std::uint64_t scene_hash, const std::string& scale,
+                                 const morphray::Image& image) {
+    std::vector<PngText> texts = {{"Software", fmt::format("morphray {}", kVersionDetail)},
+                                  {"Source", render_command(options, frame)},
+                                  {"Scene hash", hash_text(scene_hash)},
+                                  {"Hits hash", hash_text(image.hits_hash)},
+                                  {"Image hash", hash_text(image.image_hash)}};
+    if (!scale.empty()) texts.push_back({"Scale", scale});
+    return texts;
 }
 
 std::uint64_t animation_hash(const Animation& animation, bool with_textures, bool lenient) {

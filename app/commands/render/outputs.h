@@ -38,8 +38,10 @@ std::uint64_t animation_hash(const Animation& animation, bool with_textures, boo
 /// The same for one frame: of a animation_hash() and the positions of all vertices.
 std::uint64_t frame_hash(std::uint64_t animation_hash, std::span<const vec3> positions);
 
-/// The texts of a PNG file: nothing that differs between backends. `scene_hash` is frame_hash().
+/// The texts of a PNG file: nothing that differs between backends. `scene_hash` is frame_hash(),
+/// `scale` scale_text().
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,
-                                 std::uint64_t scene_hash, const morphray::Image& image);
+                                 std::uint64_t scene_hash, const std::string& scale,
+                                 const morphray::Image& image);
 
 }  // namespace mray::app

@@ -177,8 +177,24 @@ TEST(Render, FalseColoursAreOneImageEach) {
             render_json("builtin:cloth:500", folder, {"--frames", "3", "--shading", shading});
         EXPECT_EQ(json["shading"], shading);
         images.insert(json["frames"][0]["image_hash"].get<std::string>());
+        const std::string png = read_file(folder.path() / "out/frame_0003.png");
+        const bool has_scale = std::set<std::string>{"depth", "steps", "sah"}.contains(shading);
+        EXPECT_EQ(png.find("Scale") != std::string::npos, has_scale) << shading;
     }
     EXPECT_EQ(images.size(), 7u);
+}
+
+TEST(Render, TheScaleOfDepthsIsThatOfTheBoundsBeforeTheEye) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle(4));
+    const Names view = {"--shading", "depth", "--eye", "0,0,8", "--target", "0,0,4"};
+    const std::string scale = "depths: 4 (white) to 4.004 (dark grey)";
+    const Outcome outcome = render(scene, folder, view);
+    EXPECT_EQ(outcome.err, "morphray: " + scale + '\n');
+    EXPECT_NE(read_file(folder.path() / "out/frame_0000.png").find(scale), std::string::npos);
+    Names quiet = view;
+    quiet.emplace_back("-q");
+    EXPECT_EQ(render(scene, folder, quiet).err, "");
 }
 
 TEST(Render, FilesStandOnAGroundUnlessItWouldHideThem) {

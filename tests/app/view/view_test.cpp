@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "app/animation/animation_scene.h"
 #include "app/cli/command_line.h"
@@ -154,24 +153,6 @@ TEST(DepthRange, IsThatOfTheCornersBeforeTheEye) {
     EXPECT_DOUBLE_EQ(flat.near, 2);
     EXPECT_GT(flat.range, 0);
     EXPECT_DOUBLE_EQ(depth_range({1, 2, 3}, {0, 0, 0}, {}).range, 1);
-}
-
-TEST(Legend, IsDrawnOnNumbersWhereThereIsRoom) {
-    using morphray::Shading;
-    for (const auto& [shading, width, is_drawn] :
-         {std::tuple(Shading::depth, 480u, true), std::tuple(Shading::steps, 480u, true),
-          std::tuple(Shading::sah, 480u, true), std::tuple(Shading::lit, 480u, false),
-          std::tuple(Shading::depth, 200u, false)}) {
-        morphray::Image image;
-        image.width = width;
-        image.height = 360;
-        image.pixels.assign(std::size_t{width} * 360, 7);
-        draw_legend(shading, {2, 3}, image);
-        const auto drawn =
-            image.pixels.size() - static_cast<std::size_t>(std::ranges::count(image.pixels, 7u));
-        EXPECT_EQ(drawn > 0, is_drawn);
-        EXPECT_LT(drawn, image.pixels.size() / 8);
-    }
 }
 
 TEST(PixelText, SaysWhatEachBackendHits) {
