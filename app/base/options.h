@@ -127,9 +127,6 @@ struct ProfileOptions {
     /// Without policies to compare the times of the stages are reported.
     std::vector<PolicySpec> policies = {};
     std::string plot = {};
-    /// A report of an earlier run, and by how much a stage may be slower than there.
-    std::string baseline = {};
-    double tolerance_percent = 5;
     std::string json = {};
     std::string csv = {};
 };

@@ -187,7 +187,7 @@ void add_probe(CommandAdder& adder) {
 void add_profile(CommandAdder& adder) {
     adder.add<ProfileOptions>(
         "profile", "Measures deforming, refitting, building and tracing",
-        "--frames --size --rays --backend --repeat --policies --plot --baseline --csv --json",
+        "--frames --size --rays --backend --repeat --policies --plot --csv --json",
         "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
         "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
         [&adder](CLI::App& command, ProfileOptions& options) {
@@ -213,19 +213,6 @@ void add_profile(CommandAdder& adder) {
             add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)",
                      options.plot)
                 ->needs(policies);
-            CLI::Option* const baseline =
-                add_text(command, "--baseline", "FILE.json",
-                         "an earlier --json report; exit code 1 if a stage became slower",
-                         options.baseline)
-                    ->excludes(policies);
-            add_parsed(command, "--tolerance", "PERCENT",
-                       "by how much a stage may be slower than in --baseline (5)",
-                       options.tolerance_percent,
-                       [](std::string text) {
-                           if (text.ends_with('%')) text.pop_back();
-                           return parse_finite(text, 0);
-                       })
-                ->needs(baseline);
             add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
                      options.csv);
             add_json(command, options.json);

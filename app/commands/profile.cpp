@@ -242,33 +242,21 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     Json report = profile_head(options, scene.animation());
     report["options"] = measured_options(options);
     report["frames"] = Json::array();
-    std::optional<Json> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
-    if (!options.baseline.empty()) {
-        std::vector<std::string> backends;
-        for (const BackendChoice choice : choices)
-            backends.push_back(make_backend(choice, options.backend, messages)->info().name);
-        baseline = read_baseline(options.baseline, report, backends, frames);
-    }
     measure(options, scene, frames, choices, messages, report);
-    BaselineComparison comparison;
-    if (baseline)
-        comparison =
-            compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
     const auto text = [&] {
         const Json backends = backends_of(report["frames"]);
         return fmt::format(
             "{}\n\nmedians of {} run{} and {} frame{} in ms; update: upload and refit; new\n"
             "trace: in the tree that a rebuild makes; SAH ratio: estimated cost of a ray in\n"
-            "the refitted tree over that in the new one\n{}{}",
+            "the refitted tree over that in the new one\n{}",
             wrapped(sentence_of(backends)), *options.repeat, *options.repeat == 1 ? "" : "s",
-            frames.size(), frames.size() == 1 ? "" : "s", table_of(backends).text(),
-            comparison.text);
+            frames.size(), frames.size() == 1 ? "" : "s", table_of(backends).text());
     };
-    return write_reports(comparison.is_slower ? ExitCode::kCheckFailed : ExitCode::kOk, messages,
+    return write_reports(ExitCode::kOk, messages,
                          {{options.json, [&] { return json_text(report); }},
                           {options.csv, [&] { return table_of(report["frames"]).csv(); }}},
-                         text, comparison.verdict);
+                         text);
 }
 
 }  // namespace mray::app
