@@ -9,12 +9,11 @@
 namespace mray::gpu {
 namespace {
 
-// The most steps that traverse() counts for a node or leaf that is visited once
-// (shaders/single_ray/traverse.glsl). A leaf of 16 triangles: 2, 16, and one each for those that
-// are certain, but at least 1; the queue of uncertain ones, whose number together with the certain
-// ones is at most 16, but at least 1; 1 each for the pop that finds it and the one that ends it; 3
-// and 1 for the loops around it. The sum is at most 2 + 16 + 16 + 1 + 2 + 4 = 41.
-constexpr std::uint64_t kStepsOfVisit = 41;
+// The most steps that traverse() (shaders/single_ray/traverse.glsl) counts for each node or leaf of
+// a tree, none of which is visited twice: 6 and its triangles for a visit; 1 for each pop that
+// finds an empty stack, at most one a visit; and 1 for the pop that takes its own entry off the
+// stack.
+constexpr std::uint64_t kStepsOfVisit = 6 + kLeafTriangles + 2;
 
 void copy_start(VkCommandBuffer commands, const Buffer& from, const Buffer& to, VkDeviceSize size) {
     const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = size};
@@ -93,7 +92,7 @@ WorkHeader RayPasses::header(const char* what) const {
 double RayPasses::resume(bool any_hit, std::uint32_t count) {
     if (count == 0) return 0;
     kernels_.prepare({&kernels_.resume});
-    // A ray visits each node and leaf at most once, and a round visits at least one.
+    // All rounds but the last use up their budget.
     const std::uint64_t visits = std::uint64_t{scene_.node_count()} + scene_.leaf_count();
     return finish("resume rays", count, 2 + kStepsOfVisit * visits / step_budget_,
                   [&](VkCommandBuffer commands, const Part& part) {

@@ -1,5 +1,5 @@
 // morphray-chart DIR FLAGS SCENE...: draws charts of speed against accuracy; FLAGS has q for quick,
-// l for lenient, s for silent. `morphray chart` starts it (app/commands/chart_and_view.cpp).
+// l for lenient, s for silent. `morphray chart` starts it (app/commands/chart.cpp).
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// morphray chart, which becomes the program morphray-chart, and view, if it is built in.
+// morphray chart, which becomes the program morphray-chart.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -9,9 +9,7 @@
 
 #include "app/animation/frames.h"
 #include "app/commands/commands.h"
-#include "app/view/state.h"
 #include "common/base/errors.h"
-#include "common/base/output_file.h"
 
 namespace mray::app {
 namespace {
@@ -52,19 +50,6 @@ ExitCode run_command(const ChartOptions& options, const Messages& messages) {
         ErrorKind::kUnavailable,
         "chart: {} is missing; build the target morphray_programs, or install morphray again",
         program.string());
-}
-
-ExitCode run_command([[maybe_unused]] const ViewOptions& options,
-                     [[maybe_unused]] const Messages& messages) {
-#ifdef MORPHRAY_HAS_VIEW
-    if (!options.screenshot.empty()) check_writable(options.screenshot);
-    show_scene(options, messages);
-    return ExitCode::kOk;
-#else
-    throw Error(ErrorKind::kUnavailable,
-                "view: not built in, because GLFW, Dear ImGui or OpenGL was not found; install "
-                "libglfw3-dev, libimgui-dev and libgl-dev and build again");
-#endif
 }
 
 }  // namespace mray::app
