@@ -1,11 +1,11 @@
 # cmake -D CHECKER=check_layering.cmake -D SCRATCH=folder -P check_layering_test.cmake: the checker
-# must let sound trees pass and reject each planted violation.
+# must reject a planted violation of each of its rules. The test `layering` is of a sound tree.
 cmake_minimum_required(VERSION 3.25)
 
 set(failures "")
 
-# check(verdict file include...): a tree of some sound files and of `file`, which has these includes. verdict is "accepts" or "rejects".
-function(check verdict file)
+# check(file include...): the checker must name `file`, which has these includes, in a tree of sound files.
+function(check file)
     file(REMOVE_RECURSE ${SCRATCH})
     file(WRITE ${SCRATCH}/common/interop/a.h "#include \"common/interop/b.h\"\n#include <cmath>\n")
     file(WRITE ${SCRATCH}/app/cli/command_line.cpp "#include <CLI/CLI.hpp>\n#include \"app/base/a.h\"\n")
@@ -17,60 +17,24 @@ function(check verdict file)
     file(WRITE ${SCRATCH}/${file} "// A comment.\n${text}int x;\n")
     execute_process(COMMAND ${CMAKE_COMMAND} -D ROOT=${SCRATCH} -P ${CHECKER}
                     RESULT_VARIABLE result ERROR_VARIABLE output OUTPUT_QUIET)
-    set(actual accepts)
-    # Rejecting means naming the file, not merely failing.
-    if(NOT result EQUAL 0 AND output MATCHES "layering:" AND output MATCHES "${file}")
-        set(actual rejects)
-    elseif(NOT result EQUAL 0)
-        set(actual "fails (${output})")
-    endif()
-    if(NOT actual STREQUAL verdict)
-        list(APPEND failures "${file} with ${ARGN}: the checker ${actual} it")
+    if(result EQUAL 0 OR NOT output MATCHES "layering:" OR NOT output MATCHES "${file}")
+        list(APPEND failures "${file} with ${ARGN}: not rejected (${output})")
         set(failures "${failures}" PARENT_SCOPE)
     endif()
 endfunction()
 
-check(accepts common/scene/x.cpp "\"common/interop/a.h\"" "\"common/base/y.h\"" "<vector>" "<xx.h>")
-check(accepts cpu/kernel-inl.h "\"hwy/highway.h\"")
-check(accepts cpu/dispatch.cpp "\"hwy/foreach_target.h\"" "\"hwy/highway.h\"")
-check(accepts gpu/x.cpp "<volk/volk.h>" "<vulkan/vulkan.h>" "\"shaders/trace.spv.h\"")
-check(accepts library/src/x.cpp "\"cpu/y.h\"" "\"gpu/y.h\"" "\"common/y.h\"" "\"morphray/y.hpp\"")
-check(accepts scenes/sequence/x.cpp "\"scenes/y.h\"" "\"common/report/y.h\"")
-check(accepts app/commands/crosscheck/x.cpp "\"cpu/y.h\"" "\"app/report/y.h\"" "\"scenes/y.h\"")
-check(accepts lab/bench/x.cpp "\"lab/bench/y.h\"" "\"cpu/y.h\"" "\"gpu/y.h\"")
-check(accepts tests/lab/x.cpp "\"lab/bench/y.h\"" "\"cpu/y.h\"" "<gtest/gtest.h>")
-check(accepts library/python/module/x.cpp "\"morphray/y.hpp\"" "<pybind11/numpy.h>")
-
-# Rooms: a forbidden arrow out of each.
-check(rejects common/interop/x.h "\"common/y.h\"")
-check(rejects common/x.cpp "\"cpu/y.h\"")
-check(rejects common/x.cpp "\"common/report/y.h\"")
-check(rejects common/report/x.cpp "\"scenes/y.h\"")
-check(rejects cpu/x.cpp "\"gpu/y.h\"")
-check(rejects cpu/x.cpp "<gpu/y.h>")
-check(rejects gpu/x.cpp "\"cpu/y.h\"")
-check(rejects shaders/x.comp "\"gpu/y.h\"")
-check(rejects library/include/morphray/x.hpp "\"common/y.h\"")
-check(rejects library/src/x.cpp "\"scenes/y.h\"")
-check(rejects library/embree/x.cpp "\"common/y.h\"")
-check(rejects library/python/module/x.cpp "\"common/y.h\"")
-check(rejects library/examples/x.cpp "\"library/src/y.h\"")
-check(rejects scenes/x.cpp "\"cpu/y.h\"")
-check(rejects lab/accuracy/x.cpp "\"app/y.h\"")
-check(rejects lab/bench/x.cpp "\"app/y.h\"")
-check(rejects lab/proofs/x.cpp "\"gpu/y.h\"")
-check(rejects app/x.cpp "\"library/src/y.h\"")
-check(rejects app/x.cpp "\"lab/accuracy/y.h\"")
-check(rejects app/commands/render.cpp "\"common/update/tree_updater.h\"")
-check(rejects tests/common/x.cpp "\"app/y.h\"")
-# Sibling folders and libraries.
-check(rejects app/base/x.h "\"app/terminal/y.h\"")
-check(rejects cpu/simd/x.h "\"cpu/packet/a.h\"")
-check(rejects scenes/obj/x.h "\"scenes/sequence/y.h\"")
-check(rejects cpu/x.cpp "<hwy/highway.h>")
-check(rejects app/x.cpp "<volk/volk.h>")
-check(rejects common/x.cpp "\"../cpu/y.h\"")
-check(rejects tests/x.cpp "<stb/stb_image_write.h>")
+# The tables of rooms, of tests' rooms, of the program's folders, and of its engine.
+check(cpu/x.cpp "<gpu/y.h>")
+check(tests/common/x.cpp "\"app/y.h\"")
+check(app/base/x.h "\"app/terminal/y.h\"")
+check(app/commands/render.cpp "\"common/update/tree_updater.h\"")
+# A cycle of folders, and the order of folders.
+check(cpu/simd/x.h "\"cpu/packet/a.h\"")
+check(scenes/obj/x.h "\"scenes/sequence/y.h\"")
+# Places of libraries, and paths.
+check(app/x.cpp "<volk/volk.h>")
+check(tests/x.cpp "<stb/stb_image_write.h>")
+check(common/x.cpp "\"../cpu/y.h\"")
 
 file(REMOVE_RECURSE ${SCRATCH})
 if(failures)
