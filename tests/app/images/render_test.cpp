@@ -191,8 +191,8 @@ TEST(Render, FalseColoursAreOneImageEach) {
 TEST(Render, TheScaleOfDepthsIsThatOfTheBoundsBeforeTheEye) {
     const TemporaryFolder folder;
     const std::string scene = folder.write("t.obj", unit_triangle(4));
-    const Names view = {"--shading", "depth", "--eye", "0,0,8", "--target", "0,0,4"};
-    const std::string scale = "depths: 4 (white) to 4.004 (dark grey)";
+    const Names view = {"--shading", "depth", "--eye", "8,0,0", "--target", "0,0,0"};
+    const std::string scale = "depths: 4 (white) to 8 (dark grey)";
     const Outcome outcome = render(scene, folder, view);
     EXPECT_EQ(outcome.err, "morphray: " + scale + '\n');
     EXPECT_NE(read_file(folder.path() / "out/frame_0000.png").find(scale), std::string::npos);
