@@ -4,6 +4,8 @@
 #include <limits>
 #include <optional>
 
+#include <glm/geometric.hpp>
+
 #include "common/scene/exact_crossing.h"
 #include "morphray/morphray.hpp"
 #include "tests/fuzz/judge/judge.h"
@@ -88,9 +90,9 @@ std::vector<PointAnswer> point_answers(const Scene& scene, std::span<const Vec3>
     return answers;
 }
 
-/// Whether an answer may be right.
+/// Whether an answer may be right. `slack` is what Scene::signed_distance() promises.
 bool is_sound(const PointAnswer& answer, const Vec3& point,
-              const std::optional<ExactWinding>& exact) {
+              const std::optional<ExactWinding>& exact, double slack) {
     if (!is_finite(point)) {
         return answer.winding == 0 && !answer.is_nonzero && !answer.is_odd &&
                std::isnan(answer.distance) && !answer.closest;
@@ -103,7 +105,9 @@ bool is_sound(const PointAnswer& answer, const Vec3& point,
     }
     if (answer.is_nonzero != std::signbit(answer.distance) && answer.distance != 0) return false;
     const bool is_zero_on_surface = !exact && answer.distance == 0;
-    return std::abs(answer.distance) == answer.closest.distance || is_zero_on_surface;
+    const double distance = std::abs(answer.distance);
+    return distance == answer.closest.distance || is_zero_on_surface ||
+           std::abs(distance - answer.closest.distance) <= slack;
 }
 
 class WorldCheck {
@@ -168,13 +172,27 @@ private:
             std::optional<ExactWinding> exact;
             if (i < exact_points && is_near(points_[i]))
                 exact.emplace(points_[i], fuzz_case_.triangles, vertices_);
-            if (!is_sound(answers[i], points_[i], exact)) {
+            if (!is_sound(answers[i], points_[i], exact,
+                          slack_of(answers[i].closest, points_[i]))) {
                 differences_.add(Asked::kWindings, i);
             } else if (!(answers[i] == expected[i])) {
                 differences_.add(Asked::kClosestPoints, i);
             }
         }
         check_reaches(scene, answers);
+    }
+
+    /// 2^-21 of the distance of the closest triangle's farthest corner.
+    double slack_of(const ClosestPoint& closest, const Vec3& point) const {
+        if (!closest) return 0;
+        const uvec3& t = fuzz_case_.triangles[closest.prim_id];
+        double farthest = 0;
+        for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
+            const glm::dvec3 way =
+                glm::dvec3(to_vec(vertices_[vertex])) - glm::dvec3(to_vec(point));
+            farthest = std::max(farthest, glm::length(way));
+        }
+        return 0x1p-21 * farthest;
     }
 
     /// Asks within the distance of one point, and just less.
