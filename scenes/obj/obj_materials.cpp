@@ -78,9 +78,9 @@ std::string full_colour(std::string_view words, WarningCount& clamped,
 std::string full_map(std::string_view words) {
     // With the most words they have; all but the first are numbers and may be left out.
     constexpr std::pair<std::string_view, std::size_t> kOptions[] = {
-        {"-blendu", 1}, {"-blendv", 1}, {"-bm", 1},         {"-boost", 1},   {"-cc", 1},
-        {"-clamp", 1},  {"-o", 3},      {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},
-        {"-s", 3},      {"-t", 3},      {"-texres", 1},     {"-type", 1}};
+        {"-blendu", 1}, {"-blendv", 1},     {"-bm", 1},      {"-boost", 1}, {"-cc", 1},
+        {"-clamp", 1},  {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},    {"-o", 3},
+        {"-s", 3},      {"-t", 3},          {"-texres", 1},  {"-type", 1}};
     std::string full = "map_Kd";
     for (;;) {
         std::string_view rest = words;
@@ -113,9 +113,9 @@ void add_material(const std::string& statements, const fs::path& library, Materi
     std::string ignored;
     tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
     const tinyobj::material_t& one = read.back();
+    if (one.name.empty()) return;
     const auto& kd = one.diffuse;
     const tinyobj::texture_option_t& map = one.diffuse_texopt;
-    if (one.name.empty()) return;
     Material material{.map = file_name_of(one.diffuse_texname),
                       .clamp = map.clamp,
                       .scale = {map.scale[0], map.scale[1]},

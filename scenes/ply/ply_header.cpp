@@ -98,7 +98,7 @@ private:
         constexpr std::array<std::string_view, 3> kNames = {"ascii", "binary_little_endian",
                                                             "binary_big_endian"};
         const auto* const found =
-            words.size() == 3 ? std::find(kNames.begin(), kNames.end(), words[1]) : kNames.end();
+            words.size() == 3 ? std::ranges::find(kNames, words[1]) : kNames.end();
         if (found == kNames.end() || words[2] != "1.0") {
             fail(
                 "format that is not known; write ascii, binary_little_endian or "
@@ -110,9 +110,8 @@ private:
     void read_element(const std::vector<std::string_view>& words) {
         const auto count = words.size() == 3 ? parse_unsigned(words[2]) : std::nullopt;
         if (!count) fail("element without a name and a number of items; write the file again");
-        const auto is_same = [&](const PlyElement& other) { return other.name == words[1]; };
         if (words[1] == "vertex" &&
-            std::any_of(header_.elements.begin(), header_.elements.end(), is_same))
+            std::ranges::count(header_.elements, words[1], &PlyElement::name) > 0)
             fail("second element vertex; write the file again");
         header_.elements.push_back({std::string(words[1]), *count, {}, header_.line_count});
     }
