@@ -182,7 +182,7 @@ private:
         check_reaches(scene, answers);
     }
 
-    /// 2^-21 of the distance of the closest triangle's farthest corner.
+    /// 2^-21 of the distance of the closest triangle's farthest corner, and a step of denormals.
     double slack_of(const ClosestPoint& closest, const Vec3& point) const {
         if (!closest) return 0;
         const uvec3& t = fuzz_case_.triangles[closest.prim_id];
@@ -192,7 +192,7 @@ private:
                 glm::dvec3(to_vec(vertices_[vertex])) - glm::dvec3(to_vec(point));
             farthest = std::max(farthest, glm::length(way));
         }
-        return 0x1p-21 * farthest;
+        return 0x1p-21 * farthest + std::numeric_limits<float>::denorm_min();
     }
 
     /// Asks within the distance of one point, and just less.
