@@ -16,7 +16,6 @@
 #include "common/update/refit_plan.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/queries/tree_queries.h"
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
 

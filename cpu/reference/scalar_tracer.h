@@ -1,14 +1,20 @@
-// Single rays over the shared layout, in portable C++: the reference of all faster tracers.
+// The reference of all faster tracers, in portable C++: single rays over the shared layout, and
+// without a tree. The cost of a tree, by the same traversal.
 #pragma once
 
 #include <cassert>
 #include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/interop/bvh_layout.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/ray.h"
 #include "common/interop/slab.h"
+#include "common/scene/mesh.h"
+#include "common/scene_queries.h"
 
 namespace mray::cpu {
 
@@ -131,5 +137,38 @@ public:
 private:
     const Bvh* bvh_;
 };
+
+/// Tests every ray against every triangle of a mesh in scene space that outlives it, and answers
+/// queries. Threads may share one.
+class BruteTracer {
+public:
+    BruteTracer(const Topology& topology, std::span<const vec3> positions)
+        : topology_(&topology), positions_(positions) {}
+
+    Hit intersect(const Ray& ray) const;
+    bool occluded(const Ray& ray) const;
+    void operator()(const QueryBatch& batch) const {
+        std::visit([this](const auto& query) { answer(query); }, batch);
+    }
+
+private:
+    void answer(const CountQuery& query) const;
+    void answer(const ListQuery& query) const;
+    void answer(const NextQuery& query) const;
+    void answer(const WindingQuery& query) const;
+    void answer(const ClosestQuery& query) const;
+
+    const Topology* topology_;
+    std::span<const vec3> positions_;
+};
+
+/// The nodes and leaves whose boxes a ray enters no later than its hit, or all along the ray if it
+/// has none: what a traversal visits that knows the hit from the start.
+std::uint32_t count_steps(const Bvh& bvh, const Ray& ray, const Hit& hit);
+
+/// For each triangle the ratio of the surface area of its leaf's box to twice the area of the
+/// leaf's triangles: about 1 for a flat leaf, more the looser it is; the largest number of a float
+/// for a leaf without an area. Triangles with a vertex that is not finite have 0.
+std::vector<float> leaf_looseness(const Bvh& bvh);
 
 }  // namespace mray::cpu

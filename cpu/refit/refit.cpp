@@ -13,7 +13,6 @@
 #include <hwy/highway.h>
 
 #include "common/simd/fixed_vectors-inl.h"
-#include "cpu/refit/scalar_refit.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -1,8 +1,11 @@
 // Refitting a tree of constant topology to moved vertices on the CPU.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 
+#include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
@@ -20,5 +23,61 @@ void refit(Bvh& bvh, std::span<const vec3> positions,
 /// Refits `parts` of a tree whose others have these positions: the bytes of a whole refit.
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
            const SimdTarget& target = best_simd_target());
+
+// ---- The two steps of a refit on one element and without SIMD: for leaves that the kernels leave
+// out, for targets without SIMD, and as the reference of tests.
+
+/// The arrays of a tree that a refit reads and writes. A loop keeps a copy in registers; through
+/// the tree itself refits take longer (lab/notes/build_and_refit.md).
+struct RefitArrays {
+    explicit RefitArrays(Bvh& bvh)
+        : nodes(bvh.nodes.data()),
+          leaves(bvh.leaves.data()),
+          leaf_vertices(bvh.leaf_vertices.data()),
+          leaf_parents(bvh.leaf_parents.data()),
+          node_parents(bvh.node_parents.data()) {}
+
+    Node* nodes;
+    Leaf* leaves;
+    const std::uint32_t* leaf_vertices;
+    const std::uint32_t* leaf_parents;
+    const std::uint32_t* node_parents;
+};
+
+/// list[0 .. count), or first .. first + count - 1 if there is no list.
+struct IndexSequence {
+    const std::uint32_t* list;
+    std::uint32_t first;
+    std::uint32_t count;
+
+    std::uint32_t operator[](std::uint32_t i) const {
+        return list == nullptr ? first + i : list[i];
+    }
+};
+
+/// Copies the positions of a leaf's vertices into it and gives its parent's slot their bounds,
+/// padded. Vertices that are not finite are copied, but bound nothing.
+inline void refit_leaf(const RefitArrays& tree, std::uint32_t leaf_index,
+                       std::span<const vec3> positions) {
+    Leaf& leaf = tree.leaves[leaf_index];
+    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{leaf_index} * kLeafVertices];
+    Box box;
+    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
+        const vec3 p = positions[source[slot]];
+        leaf.vertex[slot].x = p.x;
+        leaf.vertex[slot].y = p.y;
+        leaf.vertex[slot].z = p.z;
+        if (is_finite_vertex(p)) box.extend(p);
+    }
+    const std::uint32_t parent = tree.leaf_parents[leaf_index];
+    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, padded(box));
+}
+
+/// Gives the parent's slot of a node, whose own slots are up to date, their union.
+inline void refit_node(const RefitArrays& tree, std::uint32_t node_index) {
+    const std::uint32_t parent = tree.node_parents[node_index];
+    if (parent == kNoParent) return;
+    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, node_box(tree.nodes[node_index]));
+}
 
 }  // namespace mray::cpu

@@ -9,7 +9,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/surface.h"
 #include "common/scene/mesh.h"
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <span>
 
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 #include "tests/support/same_bits.h"

@@ -17,7 +17,6 @@
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/image/pixel_shader.h"
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/oracle.h"
 #include "tests/support/same_bits.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "cpu/reference/brute_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "gpu/shared_device.h"
 #include "tests/gpu/validated_device.h"
 #include "tests/support/query_answers.h"

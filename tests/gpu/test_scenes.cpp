@@ -5,7 +5,7 @@
 #include <random>
 
 #include "common/interop/arithmetic.h"
-#include "cpu/refit/scalar_refit.h"
+#include "cpu/refit/refit.h"
 
 namespace mray::test {
 namespace {

@@ -11,7 +11,7 @@
 #include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
 #include "cpu/image/lit_shader.h"
-#include "cpu/reference/tree_heat.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray::detail {

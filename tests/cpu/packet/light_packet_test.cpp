@@ -11,7 +11,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/packet/packet_tracer.h"
-#include "cpu/reference/brute_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/cpu/packet/light_rays.h"
 #include "tests/cpu/packet/wedge_check.h"
 #include "tests/support/test_scene.h"

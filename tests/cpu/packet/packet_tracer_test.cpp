@@ -12,7 +12,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/cpu/packet/light_rays.h"
 #include "tests/cpu/packet/wedge_check.h"

@@ -14,7 +14,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/exact_closest.h"
 #include "common/interop/arithmetic.h"
-#include "cpu/reference/brute_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/support/mixed_points.h"
 #include "tests/support/query_answers.h"
 #include "tests/support/test_scene.h"

@@ -1,4 +1,4 @@
-#include "cpu/reference/tree_heat.h"
+#include "cpu/reference/scalar_tracer.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/constants.h"
 #include "common/interop/slab.h"
-#include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {

@@ -13,7 +13,6 @@
 #include "common/base/thread_arena.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "cpu/refit/scalar_refit.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"

@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "lab/accuracy/charts/charts.h"
 #include "lab/accuracy/referee/exact_referee.h"

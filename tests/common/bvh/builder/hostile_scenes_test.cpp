@@ -8,7 +8,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh.h"
-#include "cpu/reference/tree_heat.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
 

@@ -1,0 +1,176 @@
+#include "cpu/reference/scalar_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "common/interop/closest_rule.h"
+#include "common/interop/tie_break_rule.h"
+#include "common/interop/winding_rule.h"
+
+namespace mray::cpu {
+namespace {
+
+using glm::dvec3;
+
+/// Calls visit(a, b, c, prim_id) for each triangle.
+template <class Visit>
+void for_each_mesh_triangle(const Topology& topology, std::span<const vec3> positions,
+                            Visit visit) {
+    std::uint32_t prim_id = 0;
+    for (const uvec3& t : topology.triangles)
+        visit(positions[t.x], positions[t.y], positions[t.z], prim_id++);
+}
+
+/// Calls visit(hit) for each triangle that the ray hits, in any order.
+template <class Visit>
+void for_each_hit(const Topology& topology, std::span<const vec3> positions, const Ray& ray,
+                  Crossing crossing, Visit visit) {
+    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    for_each_mesh_triangle(topology, positions, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+        TriangleHit hit;
+        const bool is_hit = crossing == Crossing::kOwner
+                                ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
+                                : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+        if (is_hit) visit(make_hit(hit, prim_id));
+    });
+}
+
+/// What a hit adds to kTouchesBorder of its ray.
+std::uint64_t border_flag(const Hit& hit) {
+    return may_touch_border({hit.t, hit.u, hit.v}) ? kTouchesBorder : 0;
+}
+
+bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
+
+float looseness_of(const Leaf& leaf) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    dvec3 lower(kInfinity);
+    dvec3 upper(-kInfinity);
+    double area = 0;
+    for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t) {
+        if (!finite_vertices(a, b, c)) return;
+        for (const dvec3 p : {dvec3(a), dvec3(b), dvec3(c)}) {
+            lower = glm::min(lower, p);
+            upper = glm::max(upper, p);
+        }
+        const dvec3 across = glm::cross(dvec3(b) - dvec3(a), dvec3(c) - dvec3(a));
+        area += std::sqrt(glm::dot(across, across));
+    });
+    const dvec3 size = upper - lower;
+    if (!(size.x >= 0)) return 0;
+    const double box = 2 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    constexpr double kMost = std::numeric_limits<float>::max();
+    return static_cast<float>(area > 0 ? std::min(box / area, kMost) : kMost);
+}
+
+}  // namespace
+
+Hit BruteTracer::intersect(const Ray& ray) const {
+    ClosestHit closest(ray);
+    for_each_mesh_triangle(
+        *topology_, positions_,
+        [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) { closest.test(a, b, c, prim_id); });
+    return closest.hit();
+}
+
+bool BruteTracer::occluded(const Ray& ray) const {
+    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    for (const uvec3& t : topology_->triangles) {
+        if (hits_triangle(sheared, ray, positions_[t.x], positions_[t.y], positions_[t.z]))
+            return true;
+    }
+    return false;
+}
+
+void BruteTracer::answer(const CountQuery& query) const {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        query.watch.throw_if_cancelled();
+        std::uint64_t& count = query.counts[i];
+        count = 0;
+        for_each_hit(*topology_, positions_, query.rays[i], query.crossing,
+                     [&](const Hit& hit) { count = (count + 1) | border_flag(hit); });
+    }
+}
+
+void BruteTracer::answer(const ListQuery& query) const {
+    HitLists& lists = query.lists;
+    for (const Ray& ray : query.rays) {
+        query.watch.throw_if_cancelled();
+        const std::size_t first = lists.hits.size();
+        std::uint64_t flag = 0;
+        for_each_hit(*topology_, positions_, ray, query.crossing, [&](const Hit& hit) {
+            lists.hits.push_back(hit);
+            flag |= border_flag(hit);
+        });
+        const std::size_t total = lists.hits.size() - first;
+        std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
+                  is_before);
+        const std::size_t listed = std::min<std::size_t>(total, query.most);
+        lists.hits.resize(first + listed);
+        lists.listed.push_back(static_cast<std::uint32_t>(listed));
+        lists.total.push_back(total | flag);
+    }
+}
+
+void BruteTracer::answer(const NextQuery& query) const {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        const HitCursor& after = query.after[i];
+        Hit& next = query.hits[i];
+        next = no_hit();
+        for_each_hit(*topology_, positions_, query.rays[i], query.crossing, [&](const Hit& hit) {
+            const bool is_after = is_closer(after.t, after.prim_id, hit.t, hit.prim_id);
+            if (is_after && (next.prim_id == kNoPrim || is_before(hit, next))) next = hit;
+        });
+    }
+}
+
+void BruteTracer::answer(const WindingQuery& query) const {
+    for (std::size_t i = 0; i < query.points.size(); ++i) {
+        query.watch.throw_if_cancelled();
+        query.windings[i] = {};
+        const vec3 p = clipped_point(query.points[i]);
+        const auto count = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+            if (!finite_vertices(a, b, c)) return;
+            const FloatCrossing crossing = float_crossing(p, a, b, c);
+            query.windings[i].winding += crossing.is_up - crossing.is_down;
+            query.windings[i].crossings += crossing.is_up || crossing.is_down;
+            if (crossing.is_uncertain)
+                query.uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
+        };
+        for_each_mesh_triangle(*topology_, positions_, count);
+    }
+}
+
+void BruteTracer::answer(const ClosestQuery& query) const {
+    for (std::size_t i = 0; i < query.points.size(); ++i) {
+        query.watch.throw_if_cancelled();
+        ClosestTriangle& closest = query.closest[i];
+        closest = {query.most_d2, kNoPrim};
+        const auto compare = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+            if (!finite_vertices(a, b, c)) return;
+            const float d2 = triangle_distance2(query.points[i], a, b, c);
+            if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
+        };
+        for_each_mesh_triangle(*topology_, positions_, compare);
+    }
+}
+
+std::uint32_t count_steps(const Bvh& bvh, const Ray& ray, const Hit& hit) {
+    const float last = last_depth(hit.prim_id != kNoPrim ? hit.t : ray.tfar);
+    return for_each_near_leaf(bvh, ray, last, [last](const Leaf&) { return last; });
+}
+
+std::vector<float> leaf_looseness(const Bvh& bvh) {
+    std::vector<float> looseness(bvh.triangle_count, 0.0f);
+    for (const Leaf& leaf : bvh.leaves) {
+        const float value = looseness_of(leaf);
+        for (const std::uint32_t prim : leaf.prim_id)
+            if (prim != kNoPrim) looseness[prim] = value;
+    }
+    return looseness;
+}
+
+}  // namespace mray::cpu
