@@ -188,6 +188,14 @@ HWY_INLINE std::uint32_t bits_of(Mask m) {
 }
 HWY_INLINE std::uint32_t bits_of(UintMask m) { return bits_of(float_mask(m)); }
 
+/// The number of the lowest bit of a number that is not 0.
+HWY_INLINE std::uint32_t first_bit(std::uint32_t bits) {
+    return static_cast<std::uint32_t>(__builtin_ctz(bits));
+}
+HWY_INLINE std::uint32_t first_bit(std::uint64_t bits) {
+    return static_cast<std::uint32_t>(__builtin_ctzll(bits));
+}
+
 /// The mask whose bits these are.
 HWY_INLINE Mask mask_of(std::uint32_t bits) {
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),

@@ -1,20 +1,683 @@
-// Rows of samples from hits to colours.
+// Rows of samples from hits to colours. In order: the triangles that a row shows; the colours of
+// textures; pixels from samples; the rows of lit samples; rows of pixels.
 #include "cpu/image/lit_shader.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/image/lit_shader.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/image/lit_rows-inl.h"
+#include "common/base/aligned_vector.h"
+#include "cpu/image/shown_triangles-inl.h"
+#include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
+
+// ---- Triangles
+
+/// Loads the normals at the corners of triangles, on the side of the flat normals.
+HWY_INLINE void load_corner_normals(const LitSamples& samples, UintVec prim,
+                                    const lanes::Float3& flat, lanes::Float3 corners[3]) {
+    UintVec ids[3];
+    load_threes(kUints, &samples.normal_ids.front().x, prim, samples.normal_ids.size(), ids);
+    for (int k = 0; k < 3; ++k) {
+        const auto is_flat = ids[k] == splat(kFlatCorner);
+        FloatVec n[3];
+        load_threes(kFloats, &samples.normals.front().x, zero_unless(!is_flat, ids[k]),
+                    samples.normals.size(), n);
+        corners[k] = select(is_flat, flat, lanes::corner_normal(lanes::Float3(n), flat));
+    }
+}
+
+/// The triangles of a row, each loaded once for neighbouring samples. A run begins where a sample
+/// has another triangle than the hit before it; samples without a hit belong to the run before
+/// them, or to the first one.
+class TriangleRuns {
+public:
+    /// Finds the runs of a row of `width` samples and loads their triangles.
+    void find(const LitSamples& samples, const Hit* row, std::size_t width) {
+        if (!split(row, width)) return;
+        reserve((count_ + kLanes - 1) / kLanes * kLanes + kLanes, !samples.normal_ids.empty());
+        has_degenerate_ = false;
+        for (std::size_t at = 0; at < count_; at += kLanes) load(samples, at);
+    }
+
+    bool has_hits() const { return count_ > 0; }
+    bool has_degenerate() const { return has_degenerate_; }
+
+    /// Looks up values of the runs of samples x and following, one a lane.
+    class RunLookup {
+    public:
+        RunLookup(const TriangleRuns& runs, std::size_t x)
+            : first_(runs.run_of_[x]),
+              indices_(hn::IndicesFromVec(kUints, load_unaligned(&runs.run_of_[x]) -
+                                                      splat(static_cast<std::uint32_t>(first_)))) {}
+
+        UintVec operator()(const AlignedVector<std::uint32_t>& plane) const {
+            return hn::TableLookupLanes(load_unaligned(plane.data() + first_), indices_);
+        }
+        FloatVec operator()(const AlignedVector<float>& plane) const {
+            const FloatVec values = load_unaligned(plane.data() + first_);
+            return as_float(hn::TableLookupLanes(as_uint(values), indices_));
+        }
+
+    private:
+        std::size_t first_;
+        decltype(hn::IndicesFromVec(kUints, UintVec())) indices_;
+    };
+
+    /// The flat normal, on the triangle's own side; 0 if its edges have no cross product.
+    lanes::Float3 flat(const RunLookup& at) const { return three(at, 0); }
+    /// The normal at corner k, on that side, with normal_ids; undefined where the flat one is 0.
+    lanes::Float3 corner(const RunLookup& at, std::size_t k) const { return three(at, 3 + 3 * k); }
+    UintVec albedo(const RunLookup& at) const { return at(albedo_); }
+
+private:
+    /// Returns whether there is a hit.
+    bool split(const Hit* row, std::size_t width) {
+        count_ = 0;
+        const auto is_hit = [](const Hit& hit) { return hit.prim_id != kNoPrim; };
+        const Hit* const first = std::find_if(row, row + width, is_hit);
+        if (first == row + width) return false;
+        // Lanes after the last sample are read, too.
+        run_of_.resize(width + kLanes);
+        prims_.resize(width + kLanes);
+        std::uint32_t prim = first->prim_id;
+        std::uint32_t run = 0;
+        prims_[0] = prim;
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::uint32_t here = row[x].prim_id;
+            const bool is_next = here != prim && here != kNoPrim;
+            prim = is_next ? here : prim;
+            run += is_next ? 1 : 0;
+            prims_[run] = prim;
+            run_of_[x] = run;
+        }
+        std::fill_n(&run_of_[width], kLanes, run);
+        count_ = std::size_t{run} + 1;
+        std::fill_n(&prims_[count_], kLanes, prim);
+        return true;
+    }
+
+    void reserve(std::size_t size, bool is_smooth) {
+        if (albedo_.size() >= size) return;
+        for (AlignedVector<float>& plane : std::span(planes_).first(is_smooth ? 12 : 3))
+            plane.resize(size);
+        albedo_.resize(size);
+    }
+
+    /// Loads the triangles of runs `at` and following.
+    void load(const LitSamples& samples, std::size_t at) {
+        const UintVec prim = load_unaligned(&prims_[at]);
+        lanes::Float3 v[3];
+        load_corners(samples.topology, samples.positions, prim, v);
+        const lanes::Float3 across = cross3(v[1] - v[0], v[2] - v[0]);
+        const lanes::Float3 flat = lanes::unit(across);
+        put(flat, 0, at);
+        store(hn::GatherIndex(kUints, samples.topology.albedo.data(), as_int(prim)),
+              albedo_.data() + at);
+        has_degenerate_ =
+            has_degenerate_ || !hn::AllTrue(kFloats, largest_component(across) > zero());
+        if (samples.normal_ids.empty()) return;
+        lanes::Float3 corners[3];
+        load_corner_normals(samples, prim, flat, corners);
+        for (std::size_t k = 0; k < 3; ++k) put(corners[k], 3 + 3 * k, at);
+    }
+
+    void put(const lanes::Float3& v, std::size_t plane, std::size_t at) {
+        store(v.x, planes_[plane].data() + at);
+        store(v.y, planes_[plane + 1].data() + at);
+        store(v.z, planes_[plane + 2].data() + at);
+    }
+    lanes::Float3 three(const RunLookup& at, std::size_t plane) const {
+        return {at(planes_[plane]), at(planes_[plane + 1]), at(planes_[plane + 2])};
+    }
+
+    /// The run of each sample.
+    AlignedVector<std::uint32_t> run_of_;
+    /// Triangle and albedo of each run.
+    AlignedVector<std::uint32_t> prims_;
+    AlignedVector<std::uint32_t> albedo_;
+    /// x, y and z of the flat normal and of those at the corners, if they are smooth.
+    AlignedVector<float> planes_[12];
+    std::size_t count_ = 0;
+    bool has_degenerate_ = false;
+};
+
+// ---- Samples that may be in shadow only because triangles are flat
+
+/// The lanes whose smooth surface differs and faces the light. Lane i has the hit x[i] of row y.
+HWY_INLINE Mask is_smooth_lit(const LitSamples& s, const std::uint32_t* x, std::uint32_t y) {
+    alignas(64) Hit hits[kLanes];
+    const Hit* const row = &s.hits[std::size_t{y} * s.params.width];
+    for (std::size_t i = 0; i < kLanes; ++i) hits[i] = row[x[i]];
+    FloatVec t, u, v, prim;
+    hn::LoadInterleaved4(kFloats, &hits[0].t, t, u, v, prim);
+    const Camera& camera = s.params.camera;
+    const lanes::Float3 dir =
+        lanes::canonical_direction(lanes::camera_direction(camera, load_unaligned(x), splat(y)));
+    lanes::Float3 corners[3], normals[3];
+    load_corners(s.topology, s.positions, as_uint(prim), corners);
+    const lanes::Surface flat =
+        lanes::surface_of(lanes::Float3(camera.org), dir, t, corners[0], corners[1], corners[2]);
+    load_corner_normals(s, as_uint(prim), flat.normal, normals);
+    const lanes::Surface above = lanes::smooth_surface(flat, corners[0], corners[1], corners[2],
+                                                       normals[0], normals[1], normals[2], u, v);
+    const lanes::Float3 to_light = lanes::Float3(s.params.light) - flat.point;
+    const Mask is_same = (above.point.x == flat.point.x) & (above.point.y == flat.point.y) &
+                         (above.point.z == flat.point.z);
+    return and_not(is_same, lanes::dot3(above.normal, to_light) > zero());
+}
+
+void find_flat_shadows_of_row(const LitSamples& s, std::uint32_t y,
+                              std::vector<std::uint32_t>& xs) {
+    xs.clear();
+    const std::size_t first = std::size_t{y} * s.params.width;
+    for (std::uint32_t x = 0; x < s.params.width; ++x)
+        if (s.shadows[first + x] != 0 && s.hits[first + x].prim_id != kNoPrim) xs.push_back(x);
+    const std::size_t count = xs.size();
+    if (count == 0) return;
+    // Lanes without a sample have the last one.
+    xs.resize(count + kLanes - 1, xs.back());
+    std::size_t kept = 0;
+    for (std::size_t at = 0; at < count; at += kLanes) {
+        const std::size_t used = std::min<std::size_t>(kLanes, count - at);
+        std::uint32_t bits = bits_of(is_smooth_lit(s, &xs[at], y)) & ((2u << (used - 1)) - 1);
+        for (; bits != 0; bits &= bits - 1)
+            xs[kept++] = xs[at + static_cast<std::size_t>(std::countr_zero(bits))];
+    }
+    xs.resize(kept);
+}
+
+// ---- Textures
+
+#if HWY_TARGET != HWY_SCALAR
+inline constexpr hn::FixedTag<float, 4> kFourFloats;
+inline constexpr hn::FixedTag<std::int32_t, 4> kFourInts;
+inline constexpr hn::FixedTag<std::uint32_t, 4> kFourUints;
+using FourUints = hn::Vec<decltype(kFourUints)>;
+
+/// The channels at a place of a level: columns x[0], x[2] of rows x[1], x[3], with their weights.
+HWY_INLINE FourUints bilinear_channels(const std::uint32_t* texels, std::uint32_t width,
+                                       const std::uint32_t x[4], std::uint32_t right,
+                                       std::uint32_t below) {
+    const std::uint32_t* const upper = texels + std::size_t{x[1]} * width;
+    const std::uint32_t* const lower = texels + std::size_t{x[3]} * width;
+    FourUints sum = hn::Set(kFourUints, 1u << 15);
+    const auto add = [&](const std::uint32_t* texel, std::uint32_t weight) HWY_ATTR {
+        const hn::FixedTag<std::uint8_t, 4> bytes;
+        const FourUints c = hn::PromoteTo(
+            kFourUints, hn::LoadU(bytes, reinterpret_cast<const std::uint8_t*>(texel)));
+        sum = sum + c * c * hn::Set(kFourUints, weight);
+    };
+    add(upper + x[0], (256 - right) * (256 - below));
+    add(upper + x[2], right * (256 - below));
+    add(lower + x[0], (256 - right) * below);
+    add(lower + x[2], right * below);
+    return hn::ShiftRight<16>(sum);
+}
+
+/// Texture::colour_within() with a channel a lane; writes four floats.
+HWY_INLINE void store_colour(const TextureLookup& place, float* to) {
+    const Texture& texture = *place.texture;
+    const std::size_t last_level = texture.levels().size() - 1;
+    const std::size_t whole = std::min<std::size_t>(place.level >> 8, last_level);
+    const std::uint32_t part = whole == last_level ? 0 : place.level & 0xFFu;
+    const Texture::Level& level = texture.levels()[whole];
+
+    // u and v on the level, then on the next one.
+    alignas(16) const float at[4] = {place.u, place.v, place.u, place.v};
+    const auto sides = hn::Load(kFourInts, level.sides);
+    const auto last = sides - hn::Set(kFourInts, 1);
+    const auto scaled =
+        hn::Load(kFourFloats, at) * hn::ConvertTo(kFourFloats, hn::ShiftLeft<8>(sides));
+    const auto centred = hn::ConvertTo(kFourInts, scaled) - hn::Set(kFourInts, 128);
+    auto low = hn::ShiftRight<8>(centred);
+    auto high = low + hn::Set(kFourInts, 1);
+    if (texture.clamps()) {
+        low = hn::Min(hn::Max(low, hn::Zero(kFourInts)), last);
+        high = hn::Min(high, last);
+    } else {
+        low = hn::IfThenElse(low < hn::Zero(kFourInts), last, low);
+        high = hn::IfThenZeroElse(high > last, high);
+    }
+    alignas(16) std::int32_t lows[4], highs[4], weights[4];
+    hn::Store(low, kFourInts, lows);
+    hn::Store(high, kFourInts, highs);
+    hn::Store(hn::And(centred, hn::Set(kFourInts, 255)), kFourInts, weights);
+    const auto channels = [&](const Texture::Level& of, std::size_t i) HWY_ATTR {
+        const auto whole_of = [](std::int32_t x) { return static_cast<std::uint32_t>(x); };
+        const std::uint32_t x[4] = {whole_of(lows[i]), whole_of(lows[i + 1]), whole_of(highs[i]),
+                                    whole_of(highs[i + 1])};
+        return bilinear_channels(texture.texels().data() + of.first, of.width(), x,
+                                 whole_of(weights[i]), whole_of(weights[i + 1]));
+    };
+    FourUints colour = channels(level, 0);
+    if (part != 0) {
+        const FourUints coarse = channels(texture.levels()[whole + 1], 2);
+        colour = hn::ShiftRight<8>(colour * hn::Set(kFourUints, 256 - part) +
+                                   coarse * hn::Set(kFourUints, part) + hn::Set(kFourUints, 128));
+    }
+    hn::Store(hn::ConvertTo(kFourFloats, hn::BitCast(kFourInts, colour)), kFourFloats, to);
+}
+#else
+HWY_INLINE void store_colour(const TextureLookup& place, float* to) {
+    const uvec3 colour = place.texture->colour_within(place.u, place.v, place.level);
+    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(colour[k]);
+}
+#endif
+
+/// Returns the part of the light that triangles with these albedos reflect: the colours, multiplied
+/// by the texture where they have one. through, depth: as in TexturedSample. A sample without a hit
+/// has a depth of 0 or less, and its colour is unspecified.
+HWY_INLINE lanes::Float3 base_colours(const LitSamples& s, UintVec albedo, UintVec prim, FloatVec u,
+                                      FloatVec v, const lanes::Float3& through, FloatVec depth) {
+    const lanes::Float3 base = lanes::albedo_colour(albedo);
+    const auto is_textured = (albedo & kTexturedBit) == splat(kTexturedBit);
+    if (HWY_LIKELY(none(is_textured))) return base;
+    alignas(64) std::uint32_t bits[kLanes], prims[kLanes];
+    alignas(64) float at_u[kLanes], at_v[kLanes], depths[kLanes], dirs[3][kLanes];
+    alignas(64) float colours[3][kLanes] = {};
+    store(albedo, bits);
+    store(prim, prims);
+    store(u, at_u);
+    store(v, at_v);
+    store(depth, depths);
+    store(through.x, dirs[0]);
+    store(through.y, dirs[1]);
+    store(through.z, dirs[2]);
+    const vec3 du = s.params.camera.du;
+    const double spacing_squared = double{du.x} * du.x + double{du.y} * du.y + double{du.z} * du.z;
+    // Texels lie anywhere in memory, and samples differ in textures and levels, so each sample
+    // takes lanes of its own: four coordinates, then four channels.
+    for (std::size_t l = 0; l < kLanes; ++l) {
+        if ((bits[l] & kTexturedBit) == 0 || !(depths[l] > 0.0f)) continue;
+        const uvec3 t = s.topology.triangles[prims[l]];
+        alignas(16) float colour[4];
+        store_colour(texture_lookup(s.textures, {.prim = prims[l],
+                                                 .u = at_u[l],
+                                                 .v = at_v[l],
+                                                 .corners = {s.positions[t.x], s.positions[t.y],
+                                                             s.positions[t.z]},
+                                                 .through = {dirs[0][l], dirs[1][l], dirs[2][l]},
+                                                 .depth = depths[l],
+                                                 .spacing_squared = spacing_squared}),
+                     colour);
+        for (int k = 0; k < 3; ++k) colours[k][l] = colour[k];
+    }
+    const lanes::Float3 texture(load(colours[0]), load(colours[1]), load(colours[2]));
+    return select(float_mask(is_textured), lanes::textured_colour(base, texture), base);
+}
+
+// ---- Pixels from samples
+
+/// The squares of 8-bit channels, which are linear intensities, summed over the samples of pixels.
+class PixelSums {
+public:
+    PixelSums(std::size_t width, std::uint32_t side) : side_(side) {
+        for (auto& plane : sums_) plane.resize((width + kLanes - 1) / kLanes * kLanes + 2 * kLanes);
+    }
+
+    void clear() {
+        for (auto& plane : sums_) std::fill(plane.begin(), plane.end(), 0u);
+    }
+
+    void add(const std::uint32_t* colours, std::size_t width) {
+        for (std::size_t x = 0; x < width; x += kLanes) {
+            const UintVec colour = load_unaligned(colours + x);
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                const UintVec channel = (colour >> (8 * k)) & 0xFFu;
+                std::uint32_t* const at = sums_[k].data() + x;
+                store_unaligned(load_unaligned(at) + channel * channel, at);
+            }
+        }
+    }
+
+    /// Writes the mean colours of `width` pixels.
+    void write(std::size_t width, std::uint32_t* pixels) {
+        for (std::uint32_t pairs = side_; pairs > 1; pairs /= 2) {
+            const std::size_t count = width * (pairs / 2);
+            for (auto& plane : sums_) {
+                std::uint32_t* const at = plane.data();
+                for (std::size_t x = 0; x < count; x += kLanes) {
+                    UintVec even, odd;
+                    hn::LoadInterleaved2(kUints, at + 2 * x, even, odd);
+                    store_unaligned(even + odd, at + x);
+                }
+            }
+        }
+        const float share = 1.0f / static_cast<float>(side_ * side_);
+        for (std::size_t x = 0; x < width; x += kLanes) {
+            UintVec channels[3];
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                channels[k] = lanes::root_of_mean(
+                    lanes::to_float(load_unaligned(sums_[k].data() + x)) * share);
+            }
+            const UintVec colour = lanes::pack_rgb(channels[0], channels[1], channels[2]);
+            if (width - x >= kLanes) {
+                store_unaligned(colour, pixels + x);
+            } else {
+                alignas(64) std::uint32_t last[kLanes];
+                store(colour, last);
+                std::copy_n(last, width - x, pixels + x);
+            }
+        }
+    }
+
+private:
+    std::uint32_t side_;
+    AlignedVector<std::uint32_t> sums_[3];
+};
+
+// ---- Rows of samples
+
+// The square of samples whose occlusion is averaged: from this many before a sample on each axis.
+inline constexpr int kSquareBefore = 1;
+inline constexpr int kSquareAfter = static_cast<int>(kAoSquareSide) - 1 - kSquareBefore;
+
+inline constexpr std::uint32_t kNoColour = 0xFF000000u;
+
+// Samples without a hit before the first and after the last one of a row.
+inline constexpr std::size_t kPad = std::max<std::size_t>(kLanes, kAoSquareSide);
+
+/// Samples of a row, one a lane.
+struct SampleLanes {
+    UintVec x, y;
+    /// True where the sample has a hit. Elsewhere t, u and v are undefined, and prim is 0.
+    Mask visible;
+    FloatVec t, u, v;
+    UintVec prim;
+};
+
+/// The surfaces of a row. Normals are those of triangles, on the side of the eye; depths are along
+/// the viewing direction, -1 without a hit; `occluded` are numbers of rays. There are kPad samples
+/// without a hit before the first and after the last one.
+struct SurfaceRow {
+    AlignedVector<float> x, y, z, depth, occluded;
+    TriangleRuns runs;
+
+    void resize(std::size_t width) {
+        const std::size_t size = (width + kLanes - 1) / kLanes * kLanes + 2 * kPad;
+        for (AlignedVector<float>* of : {&x, &y, &z, &occluded}) of->assign(size, 0.0f);
+        depth.assign(size, -1.0f);
+    }
+};
+
+/// Shades rows of samples from the top down.
+class LitRows {
+public:
+    LitRows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end, bool with_details)
+        : s_(samples),
+          width_(samples.params.width),
+          height_(samples.params.height),
+          side_bits_(std::countr_zero(samples.side)),
+          colours_((width_ + kLanes - 1) / kLanes * kLanes) {
+        if (with_details)
+            for (AlignedVector<float>& plane : details_) plane.resize(colours_.size());
+        if (!has_neighbours()) {
+            rows_.resize(1);
+            rows_[0].resize(width_);
+            return;
+        }
+        first_row_ = std::max<std::int64_t>(std::int64_t{begin} - kSquareBefore, 0);
+        const std::int64_t last = std::min<std::int64_t>(std::int64_t{end} + kSquareAfter, height_);
+        rows_.resize(static_cast<std::size_t>(last - first_row_));
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            rows_[i].resize(width_);
+            find_surfaces(static_cast<std::uint32_t>(first_row_ + static_cast<std::int64_t>(i)),
+                          rows_[i]);
+        }
+    }
+
+    /// The colours of a row of [begin, end); valid until the next call.
+    const std::uint32_t* shade(std::uint32_t y) {
+        if (s_.kind == LitKind::kPlain) {
+            std::copy_n(&s_.colours[std::size_t{y} * width_], width_, colours_.begin());
+            return colours_.data();
+        }
+        if (!has_neighbours()) find_surfaces(y, rows_[0]);
+        for (std::uint32_t x = 0; x < width_; x += kLanes) {
+            const SampleLanes samples = load_samples(x, y);
+            const float height =
+                (static_cast<float>(y) + 0.5f) * rcp_of_positive(static_cast<float>(height_));
+            UintVec colour = splat(kNoColour);
+            if (s_.kind == LitKind::kLit) {
+                colour = light(samples, splat(height));
+            } else if (!none(samples.visible)) {
+                colour = select(uint_mask(samples.visible), false_colour(samples), colour);
+            }
+            store_unaligned(colour, colours_.data() + x);
+        }
+        return colours_.data();
+    }
+
+    /// Details of the samples of the row that was shaded last: colours, normals, openness.
+    const float* detail(std::size_t plane) const { return details_[plane].data(); }
+
+private:
+    /// Whether a sample's colour depends on the samples around it.
+    bool has_neighbours() const { return s_.ao_count > 0; }
+
+    SampleLanes load_samples(std::uint32_t x, std::uint32_t y) const {
+        const Hit* from = &s_.hits[std::size_t{y} * width_ + x];
+        const std::uint32_t count = std::min<std::uint32_t>(kLanes, width_ - x);
+        alignas(64) Hit partial[kLanes];
+        if (count < kLanes) {
+            std::copy_n(from, count, partial);
+            std::fill(partial + count, partial + kLanes, no_hit());
+            from = partial;
+        }
+        SampleLanes samples;
+        FloatVec prim;
+        hn::LoadInterleaved4(kFloats, &from->t, samples.t, samples.u, samples.v, prim);
+        const auto is_visible = as_uint(prim) != splat(kNoPrim);
+        samples.visible = float_mask(is_visible);
+        samples.prim = zero_unless(is_visible, as_uint(prim));
+        samples.x = hn::Iota(kUints, x);
+        samples.y = splat(y);
+        return samples;
+    }
+
+    void find_surfaces(std::uint32_t y, SurfaceRow& row) const {
+        row.runs.find(s_, &s_.hits[std::size_t{y} * width_], width_);
+        if (!row.runs.has_hits()) {
+            std::fill(row.depth.begin(), row.depth.end(), -1.0f);
+            return;
+        }
+        for (std::uint32_t x = 0; x < width_; x += kLanes) {
+            const SampleLanes samples = load_samples(x, y);
+            const std::size_t at = x + kPad;
+            if (none(samples.visible)) {
+                store(splat(-1.0f), row.depth.data() + at);
+                continue;
+            }
+            const lanes::Float3 through =
+                lanes::camera_direction(s_.params.camera, samples.x, samples.y);
+            const lanes::Float3 dir = lanes::canonical_direction(through);
+            const lanes::Float3 n =
+                own_normals(row.runs, TriangleRuns::RunLookup(row.runs, x), dir);
+            const lanes::Float3 normal = select(dot3(n, dir) > zero(), -n, n);
+            const FloatVec depth =
+                samples.t * lanes::scale_to_unit(lanes::largest_component(through));
+            store(normal.x, row.x.data() + at);
+            store(normal.y, row.y.data() + at);
+            store(normal.z, row.z.data() + at);
+            store(select(samples.visible, depth, -1.0f), row.depth.data() + at);
+            if (!has_neighbours()) continue;
+            const std::uint32_t count = std::min<std::uint32_t>(kLanes, width_ - x);
+            for (std::uint32_t i = 0; i < count; ++i) {
+                row.occluded[at + i] =
+                    static_cast<float>(s_.occlusion[std::size_t{y} * width_ + x + i]);
+            }
+        }
+    }
+
+    /// The flat normals of samples that canonical rays dir hit, on the own side of triangles.
+    static lanes::Float3 own_normals(const TriangleRuns& runs, const TriangleRuns::RunLookup& at,
+                                     const lanes::Float3& dir) {
+        const lanes::Float3 n = runs.flat(at);
+        if (HWY_LIKELY(!runs.has_degenerate())) return n;
+        return select(largest_component(n) > zero(), n, lanes::unit(dir));
+    }
+
+    const SurfaceRow& row(std::uint32_t y) const {
+        return rows_[has_neighbours() ? static_cast<std::size_t>(std::int64_t{y} - first_row_) : 0];
+    }
+
+    static lanes::Float3 normal_at(const SurfaceRow& row, std::size_t at) {
+        return {load_unaligned(row.x.data() + at), load_unaligned(row.y.data() + at),
+                load_unaligned(row.z.data() + at)};
+    }
+
+    /// The share of the sky that samples see. A neighbour counts if it lies in nearly the same
+    /// plane: by its normal, and by its distance from the plane, up to four samples.
+    FloatVec open_of(const SampleLanes& samples, const lanes::Float3& n,
+                     const lanes::Float3& through, FloatVec depth) const {
+        if (s_.ao_count == 0) return splat(1.0f);
+        const Camera& camera = s_.params.camera;
+        const FloatVec along = lanes::dot3(n, through);
+        const FloatVec along_x = lanes::dot3(n, lanes::Float3(camera.du));
+        const FloatVec along_y = lanes::dot3(n, lanes::Float3(camera.dv));
+        const FloatVec plane = along * depth;
+        const FloatVec most = depth * splat(4.0f * mray::largest_component(camera.du));
+        FloatVec occluded = zero();
+        FloatVec count = zero();
+        const std::uint32_t x = hn::GetLane(samples.x);
+        const std::uint32_t y = hn::GetLane(samples.y);
+        for (int dy = -kSquareBefore; dy <= kSquareAfter; ++dy) {
+            const std::int64_t at_y = std::int64_t{y} + dy;
+            if (at_y < 0 || at_y >= std::int64_t{height_}) continue;
+            const SurfaceRow& other = row(static_cast<std::uint32_t>(at_y));
+            const FloatVec along_row = along + along_y * static_cast<float>(dy);
+            for (int dx = -kSquareBefore; dx <= kSquareAfter; ++dx) {
+                const std::size_t at = static_cast<std::size_t>(std::int64_t{x} + dx) + kPad;
+                const FloatVec other_depth = load_unaligned(other.depth.data() + at);
+                const FloatVec beside = along_row + along_x * static_cast<float>(dx);
+                const FloatVec apart = abs(beside * other_depth - plane);
+                const FloatVec alike = lanes::dot3(n, normal_at(other, at));
+                const Mask counts = (other_depth > 0.0f) & (alike >= 0.75f) & (apart <= most);
+                occluded =
+                    occluded + zero_unless(counts, load_unaligned(other.occluded.data() + at));
+                count = count + zero_unless(counts, splat(1.0f));
+            }
+        }
+        return lanes::openness(occluded, max(count, splat(1.0f)) * static_cast<float>(s_.ao_count));
+    }
+
+    /// The unit normals to shade with, on the side of the eye; `flat` are those of the triangles.
+    lanes::Float3 shading_normals(const SampleLanes& samples, const TriangleRuns& runs,
+                                  const TriangleRuns::RunLookup& at, const lanes::Float3& through,
+                                  const lanes::Float3& flat) const {
+        if (s_.normal_ids.empty()) return flat;
+        const lanes::Float3 dir = lanes::canonical_direction(through);
+        const lanes::Float3 own = own_normals(runs, at, dir);
+        lanes::Float3 corners[3] = {runs.corner(at, 0), runs.corner(at, 1), runs.corner(at, 2)};
+        if (HWY_UNLIKELY(runs.has_degenerate()))
+            load_corner_normals(s_, samples.prim, own, corners);
+        const lanes::Float3 n =
+            lanes::smooth_normal(corners[0], corners[1], corners[2], samples.u, samples.v);
+        return select(dot3(own, dir) > zero(), -n, n);
+    }
+
+    UintVec false_colour(const SampleLanes& samples) const {
+        const std::size_t at = hn::GetLane(samples.x) + kPad;
+        const SurfaceRow& own = row(hn::GetLane(samples.y));
+        const lanes::Float3 flat = normal_at(own, at);
+        const FloatVec depth = max(load_unaligned(own.depth.data() + at), zero());
+        const lanes::Float3 through =
+            lanes::camera_direction(s_.params.camera, samples.x, samples.y);
+        if (s_.kind == LitKind::kDepth)
+            return lanes::depth_colour(depth, splat(s_.near), splat(s_.per_depth));
+        if (s_.kind == LitKind::kPrim)
+            return lanes::prim_colour(samples.prim, lanes::dot3(flat, lanes::unit(through)));
+        const TriangleRuns::RunLookup place(own.runs, hn::GetLane(samples.x));
+        return lanes::normal_colour(shading_normals(samples, own.runs, place, through, flat));
+    }
+
+    UintVec light(const SampleLanes& samples, FloatVec height) {
+        const FloatVec dithered =
+            lanes::dithered_rounding(samples.x >> side_bits_, samples.y >> side_bits_);
+        LitLanes lit{lanes::sky_colour(height), lanes::Float3(vec3(0.0f)), splat(1.0f), dithered};
+        if (!none(samples.visible)) {
+            const LitLanes surface = lit_surface(samples, height, dithered);
+            lit.colour = select(samples.visible, surface.colour, lit.colour);
+            lit.normal = select(samples.visible, surface.normal, lit.normal);
+            lit.open = select(samples.visible, surface.open, lit.open);
+            lit.rounding = select(samples.visible, surface.rounding, lit.rounding);
+        }
+        if (!details_[0].empty()) {
+            const std::size_t x = hn::GetLane(samples.x);
+            const FloatVec values[kDetails] = {lit.colour.x, lit.colour.y, lit.colour.z,
+                                               lit.normal.x, lit.normal.y, lit.normal.z,
+                                               lit.open};
+            for (std::size_t i = 0; i < kDetails; ++i) store(values[i], details_[i].data() + x);
+        }
+        return lanes::encode_rgb(lit.colour, lit.rounding);
+    }
+
+    /// Linear colours, normals and openness of lit samples, and how their colours are rounded.
+    struct LitLanes {
+        lanes::Float3 colour;
+        lanes::Float3 normal;
+        FloatVec open;
+        FloatVec rounding;
+    };
+
+    LitLanes lit_surface(const SampleLanes& samples, FloatVec height, FloatVec dithered) const {
+        const std::size_t x = hn::GetLane(samples.x);
+        const std::uint32_t y = hn::GetLane(samples.y);
+        const SurfaceRow& own = row(y);
+        const lanes::Float3 flat = normal_at(own, x + kPad);
+        const FloatVec depth = max(load_unaligned(own.depth.data() + x + kPad), zero());
+        const lanes::Float3 through =
+            lanes::camera_direction(s_.params.camera, samples.x, samples.y);
+        const TriangleRuns::RunLookup place(own.runs, x);
+        const lanes::Float3 n = shading_normals(samples, own.runs, place, through, flat);
+        const lanes::Float3 org(s_.params.camera.org);
+        const lanes::Float3 point(org.x + depth * through.x, org.y + depth * through.y,
+                                  org.z + depth * through.z);
+        const lanes::Float3 to_light = lanes::unit(lanes::Float3(s_.params.light) - point);
+        alignas(64) std::uint32_t shadows[kLanes] = {};
+        const std::size_t count = std::min<std::size_t>(kLanes, width_ - x);
+        std::copy_n(&s_.shadows[std::size_t{y} * width_ + x], count, shadows);
+        const FloatVec light = 1.0f - lanes::to_float(load(shadows));
+        const FloatVec open = open_of(samples, flat, through, depth);
+        const UintVec albedo = own.runs.albedo(place);
+        const lanes::Float3 base =
+            base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
+        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base), n,
+                     open, splat(0.5f)};
+        const Mask is_shadow_catcher =
+            float_mask((albedo & kShadowCatcherBit) == splat(kShadowCatcherBit));
+        if (!none(is_shadow_catcher)) {
+            lit.colour = select(is_shadow_catcher,
+                                lanes::shadow_catcher_colour(height, light, open), lit.colour);
+            lit.rounding = select(is_shadow_catcher, dithered, lit.rounding);
+        }
+        return lit;
+    }
+
+    const LitSamples& s_;
+    std::uint32_t width_;
+    std::uint32_t height_;
+    /// A pixel has 2^side_bits_ samples a side.
+    int side_bits_;
+    std::vector<SurfaceRow> rows_;
+    std::int64_t first_row_ = 0;
+    AlignedVector<std::uint32_t> colours_;
+    static constexpr std::size_t kDetails = sizeof(LitPixel) / sizeof(float);
+    /// As in LitPixel, a plane each; empty without details.
+    AlignedVector<float> details_[kDetails];
+};
 
 /// The details of pixels from those of their samples.
 class PixelDetails {

@@ -9,8 +9,8 @@
 #include "common/interop/surface.h"
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
-#include "cpu/packet/camera/camera_packet.h"
-#include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/light_packet.h"
 #include "cpu/packet/packet_frame.h"
 
 namespace mray::cpu {
@@ -26,13 +26,14 @@ struct ShadedMesh {
     }
 };
 
-/// A part of an image, whose frame has the hits; occlusion and, with_pixels, pixels are written.
-struct PixelPart {
+/// A rectangle of an image, whose frame has the hits; occlusion and, with_pixels, pixels are
+/// written.
+struct ImageRegion {
     const ImageParams& params;
     const ShadedMesh& mesh;
     Tile tile;
     Frame& frame;
-    /// The packet that has found the hits of a tile with this part, or null: it makes shading
+    /// The packet that has found the hits of a tile with this region, or null: it makes shading
     /// faster and changes no bit.
     const CameraPacket* packet = nullptr;
 };
@@ -44,14 +45,14 @@ struct alignas(64) LitPixels {
     Albedo albedo[kBlockRays];
 };
 
-/// The pixels of a part that show a triangle, and those of them that have a shadow ray.
+/// The pixels of a region that show a triangle, and those of them that have a shadow ray.
 struct ShadowRayCounts {
     std::size_t hits = 0;
     std::size_t rays = 0;
 };
 
 /// Shades pixels in blocks of 4 x 4 with the bits of surface_at(), shadow_ray(), ao_ray() and
-/// shade(). Threads may share one if their parts do not overlap.
+/// shade(). Threads may share one if their regions do not overlap.
 struct PixelShader {
     explicit PixelShader(SimdTarget target);
 
@@ -59,24 +60,24 @@ struct PixelShader {
     /// column. A block with pixels outside the tile has their rays, too.
     void (*make_camera_rays)(const ImageParams& params, const Tile& tile, Ray* rays);
 
-    /// Writes the colours under a light at the eye, and occlusion 0. The part may have any size.
-    void (*shade_camera)(const PixelPart& part);
+    /// Writes the colours under a light at the eye, and occlusion 0. The region may have any size.
+    void (*shade_camera)(const ImageRegion& region);
 
-    /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
+    /// Makes the shadow rays of a region of at most kLightPacketSide x kLightPacketSide pixels,
     /// indices as by light_packet_ray(), and what shade_shadows needs of its pixels, block by
-    /// block as the rays. Blocks without a pixel of the part are not written.
-    ShadowRayCounts (*make_shadow_rays)(const PixelPart& part, SharedOriginRays* rays,
+    /// block as the rays. Blocks without a pixel of the region are not written.
+    ShadowRayCounts (*make_shadow_rays)(const ImageRegion& region, SharedOriginRays* rays,
                                         LitPixels* lit);
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
-    void (*shade_shadows)(const PixelPart& part, const std::uint8_t* occluded,
+    void (*shade_shadows)(const ImageRegion& region, const std::uint8_t* occluded,
                           const LitPixels* lit);
 
-    /// Makes the ambient-occlusion rays of a part: ao_count for each hit, one after the other.
-    void (*make_ao_rays)(const PixelPart& part, std::vector<Ray>& rays);
+    /// Makes the ambient-occlusion rays of a region: ao_count for each hit, one after the other.
+    void (*make_ao_rays)(const ImageRegion& region, std::vector<Ray>& rays);
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
-    void (*shade_ao)(const PixelPart& part, const std::uint8_t* occluded);
+    void (*shade_ao)(const ImageRegion& region, const std::uint8_t* occluded);
 };
 
 }  // namespace mray::cpu

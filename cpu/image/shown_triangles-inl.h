@@ -6,8 +6,6 @@
 #define MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
 #endif
 
-#include <hwy/highway.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,7 +17,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
 /// load_threes() by 16 bytes for each: one word after the last is read, too. A call, so that

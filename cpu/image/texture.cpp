@@ -35,13 +35,13 @@ Taps taps_of(std::uint32_t size, std::uint32_t x) {
     return {2 * x, 3, {m - x, m, x + 1}, std::uint64_t{size}};
 }
 
-/// The place of x on a side of `size` texels, in 1/256 of them from the first one's centre.
-struct Place {
+/// The texels that x lies between on a side of `size` texels, and the weight of `high` in 1/256.
+struct TexelPair {
     std::uint32_t low;
     std::uint32_t high;
     std::uint32_t weight;
 };
-Place place_of(float x, std::uint32_t size, bool clamp) {
+TexelPair texel_pair(float x, std::uint32_t size, bool clamp) {
     const int scaled = static_cast<int>(x * static_cast<float>(size * kWeightOne));
     const int centred = scaled - static_cast<int>(kWeightOne / 2);
     const int last = static_cast<int>(size) - 1;
@@ -64,8 +64,8 @@ struct Corners {
     std::uint32_t weights[4];
 };
 Corners corners_of(float u, float v, std::uint32_t width, std::uint32_t height, bool clamp) {
-    const Place x = place_of(u, width, clamp);
-    const Place y = place_of(v, height, clamp);
+    const TexelPair x = texel_pair(u, width, clamp);
+    const TexelPair y = texel_pair(v, height, clamp);
     const std::size_t upper = std::size_t{y.low} * width;
     const std::size_t lower = std::size_t{y.high} * width;
     const std::uint32_t right = x.weight, left = kWeightOne - right;
@@ -209,7 +209,7 @@ bool fails_alpha_test(const TexturedTriangles& triangles, const Hit& hit) {
     return texture.fails_alpha_test_at(texture.into_image(at.u), texture.into_image(1.0f - at.v));
 }
 
-TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample) {
+TextureLookup texture_lookup(const TexturedTriangles& triangles, const TexturedSample& sample) {
     const Texture& texture = *triangles.textures[triangles.ids[sample.prim]];
     const auto& [a, b, c] = triangles.texcoords[sample.prim];
     const Texcoord at = texcoord_at(triangles.texcoords[sample.prim], sample.u, sample.v);

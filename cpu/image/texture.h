@@ -97,13 +97,13 @@ struct TexturedSample {
 };
 
 /// Arguments of Texture::colour_within().
-struct TexturePlace {
+struct TextureLookup {
     const Texture* texture;
     float u, v;
     std::uint32_t level;
 };
 
 /// Where a sample shows its triangle's texture, at the level whose texels are as large as it.
-TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample);
+TextureLookup texture_lookup(const TexturedTriangles& triangles, const TexturedSample& sample);
 
 }  // namespace mray::cpu

@@ -26,18 +26,18 @@ const CameraPacket* ImageTracer::intersect_camera(const ImageParams& params, con
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kSide) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += kSide) {
             watch.throw_if_cancelled();
-            const Tile part{x, y, std::min(x + kSide, tile.x1), std::min(y + kSide, tile.y1)};
-            const std::uint32_t columns = (part.x1 - x + kBlockSide - 1) / kBlockSide;
-            const std::uint32_t rows = (part.y1 - y + kBlockSide - 1) / kBlockSide;
+            const Tile block{x, y, std::min(x + kSide, tile.x1), std::min(y + kSide, tile.y1)};
+            const std::uint32_t columns = (block.x1 - x + kBlockSide - 1) / kBlockSide;
+            const std::uint32_t rows = (block.y1 - y + kBlockSide - 1) / kBlockSide;
             const std::size_t count = columns * rows * kBlockRays;
-            shader_.make_camera_rays(params, part, rays);
+            shader_.make_camera_rays(params, block, rays);
             intersect(std::span(rays).first(count), std::span(answers).first(count));
             Hit* to = hits + (y - tile.y0) * stride + (x - tile.x0);
-            for (std::uint32_t j = 0; j < part.y1 - y; ++j, to += stride) {
-                for (std::uint32_t i = 0; i < part.x1 - x; ++i) {
-                    const std::uint32_t block = j / kBlockSide * columns + i / kBlockSide;
+            for (std::uint32_t j = 0; j < block.y1 - y; ++j, to += stride) {
+                for (std::uint32_t i = 0; i < block.x1 - x; ++i) {
+                    const std::uint32_t from = j / kBlockSide * columns + i / kBlockSide;
                     to[i] =
-                        answers[block * kBlockRays + i % kBlockSide * kBlockSide + j % kBlockSide];
+                        answers[from * kBlockRays + i % kBlockSide * kBlockSide + j % kBlockSide];
                 }
             }
         }
@@ -66,8 +66,8 @@ void ImageTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginR
     occluded_among(org, rays, all, answers);
 }
 
-std::size_t ImageTracer::trace_shadows(const PixelPart& part) const {
-    const Tile& tile = part.tile;
+std::size_t ImageTracer::trace_shadows(const ImageRegion& region) const {
+    const Tile& tile = region.tile;
     const std::size_t count =
         light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
     ShadowRays& shadow = shadow_rays_.local();
@@ -78,26 +78,26 @@ std::size_t ImageTracer::trace_shadows(const PixelPart& part) const {
     if (tile.x1 - tile.x0 < kCameraSide || tile.y1 - tile.y0 < kCameraSide)
         std::fill(shadow.rays.begin(), shadow.rays.end(), SharedOriginRays::none());
     const ShadowRayCounts counts =
-        shader_.make_shadow_rays(part, shadow.rays.data(), shadow.lit.data());
+        shader_.make_shadow_rays(region, shadow.rays.data(), shadow.lit.data());
     if (counts.rays != 0) {
         TileCounts known{counts.rays, 0};
-        if (part.packet != nullptr) {
-            known.camera_leaves = part.packet->leaf_count;
-        } else if (!part.frame.has_hits) {
+        if (region.packet != nullptr) {
+            known.camera_leaves = region.packet->leaf_count;
+        } else if (!region.frame.has_hits) {
             // Without a packet, triangles are too small for packets.
             known.camera_leaves = std::numeric_limits<std::uint32_t>::max();
         }
-        occluded_shared_origin(part.params.light, shadow.rays, shadow.occluded, known);
+        occluded_shared_origin(region.params.light, shadow.rays, shadow.occluded, known);
     } else {
         std::fill(shadow.occluded.begin(), shadow.occluded.end(), std::uint8_t{1});
     }
-    shader_.shade_shadows(part, shadow.occluded.data(), shadow.lit.data());
+    shader_.shade_shadows(region, shadow.occluded.data(), shadow.lit.data());
     return counts.hits;
 }
 
-std::size_t ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) const {
-    const Tile& tile = part.tile;
-    const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * part.params.ao_count), 1u);
+std::size_t ImageTracer::trace_ao(const ImageRegion& region, const Watch& watch) const {
+    const Tile& tile = region.tile;
+    const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * region.params.ao_count), 1u);
     const std::uint32_t width = blocks * kBlockSide;
     std::vector<Ray> rays;
     std::vector<std::uint8_t> answers;
@@ -107,7 +107,7 @@ std::size_t ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) con
             watch.throw_if_cancelled();
             const Tile run{x, y, std::min(x + width, tile.x1), std::min(y + kBlockSide, tile.y1)};
             // Without the packet: each run would have to find the normals of all its leaves.
-            const PixelPart pixels{part.params, part.mesh, run, part.frame};
+            const ImageRegion pixels{region.params, region.mesh, run, region.frame};
             shader_.make_ao_rays(pixels, rays);
             answers.resize(rays.size());
             occluded(rays, answers);
@@ -120,15 +120,15 @@ std::size_t ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) con
 
 std::size_t ImageTracer::trace_tile(const ShadedMesh& mesh, const ImageParams& params,
                                     const Tile& tile, Frame& frame, const Watch& watch) const {
-    PixelPart part{params, mesh, tile, frame};
+    ImageRegion region{params, mesh, tile, frame};
     if (!frame.has_hits) {
         Hit* const hits = &frame.hits[std::size_t{tile.y0} * params.width + tile.x0];
-        part.packet = intersect_camera(params, tile, hits, params.width, watch);
+        region.packet = intersect_camera(params, tile, hits, params.width, watch);
         watch.throw_if_cancelled();
     }
-    if (params.rays == kRaysShadow) return trace_shadows(part);
-    if (params.rays == kRaysAo) return trace_ao(part, watch);
-    shader_.shade_camera(part);
+    if (params.rays == kRaysShadow) return trace_shadows(region);
+    if (params.rays == kRaysAo) return trace_ao(region, watch);
+    shader_.shade_camera(region);
     return 0;
 }
 

@@ -73,8 +73,8 @@ protected:
 
 private:
     // Return the number of secondary rays.
-    std::size_t trace_shadows(const PixelPart& part) const;
-    std::size_t trace_ao(const PixelPart& part, const Watch& watch) const;
+    std::size_t trace_shadows(const ImageRegion& region) const;
+    std::size_t trace_ao(const ImageRegion& region, const Watch& watch) const;
 
     PixelShader shader_;
     /// Memory for the shadow rays of a thread.

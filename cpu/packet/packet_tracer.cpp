@@ -12,84 +12,14 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/packet/camera/camera_packet_finish-inl.h"
-#include "cpu/packet/camera/camera_packet_maker-inl.h"
-#include "cpu/packet/camera/camera_packet_traversal-inl.h"
-#include "cpu/packet/camera/stored_packet_maker-inl.h"
-#include "cpu/packet/light/light_packet.h"
-#include "cpu/packet/light/light_packet_blocks-inl.h"
-#include "cpu/packet/light/light_packet_leaf-inl.h"
-#include "cpu/packet/light/light_packet_maker-inl.h"
-#include "cpu/packet/packet_node-inl.h"
+#include "cpu/packet/camera_packet-inl.h"
+#include "cpu/packet/camera_rays-inl.h"
+#include "cpu/packet/light_packet-inl.h"
+#include "cpu/packet/light_trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
-
-/// Marks the occluded rays of a packet as done. A part is the quads that a box may concern, each of
-/// which takes one comparison with a box instead of four for its blocks, and the rectangle that the
-/// box is seen in. Boxes that concern few quads ask their rays, too: where triangles are small as
-/// the light sees them, most boxes lie between the rays. Only leaves look at blocks.
-class alignas(kPage) LightWalk {
-public:
-    struct Part {
-        QuadSet quads;
-        PlaneRectangle rectangle;
-    };
-
-    explicit LightWalk(LightPacket& packet) : packet_(packet), occlusion_(packet) {}
-
-    static Part whole() { return {{{kAllBlocks, kAllBlocks}}, PlaneRectangle::whole()}; }
-    const PacketFrame& frame() const { return packet_.frame; }
-
-    HWY_INLINE bool narrow(float q, bool is_node, Part& part) const {
-        part.quads = quads_beyond(packet_, q, part.quads);
-        if (is_node && has_few(part))
-            part.quads = RaysWithin(packet_, part.rectangle, q).quads(part.quads);
-        return part.quads.any();
-    }
-
-    HWY_INLINE std::uint32_t find_parts(const NodeChildren& children, std::uint32_t slots,
-                                        const Part& part, Part* parts) const {
-        const Rectangles& r = children.rectangles;
-        QuadSet quads_of[kWidth];
-        std::uint32_t kept = 0;
-        if (has_few(part)) {
-            kept = few_quads_in(packet_, r, children.q, slots, part.quads, quads_of);
-        } else {
-            for (; slots != 0; slots &= slots - 1) {
-                const auto slot = static_cast<std::uint32_t>(__builtin_ctz(slots));
-                const RectangleLanes box(r[slot]);
-                quads_of[slot] = quads_in(packet_, box, children.q[slot], part.quads);
-                kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
-            }
-        }
-        for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
-            const auto slot = static_cast<std::uint32_t>(__builtin_ctz(rest));
-            parts[slot] = {quads_of[slot], r[slot]};
-        }
-        return kept;
-    }
-
-    HWY_INLINE bool visit_leaf(const Leaf& leaf, float q, const Part& part) {
-        occlusion_.trace(leaf, part.rectangle, q, part.quads);
-        return true;
-    }
-
-private:
-    static HWY_INLINE bool has_few(const Part& part) { return part.quads.count() <= kFewQuads; }
-
-    LightPacket& packet_;
-    LeafOcclusion occlusion_;
-};
-
-/// Marks the occluded rays of a packet as done.
-HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
-    LightWalk walk(packet);
-    PacketTraversal<LightWalk> traversal(bvh, walk);
-    if (traversal.start(LightWalk::whole())) traversal.run();
-}
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
     const std::size_t width = tile.x1 - tile.x0;
@@ -127,15 +57,15 @@ template <class StartRays>
 HWY_INLINE bool trace_camera_packet(const Bvh& bvh, PacketUse use, const Tile& tile,
                                     StartRays start_rays, CameraPacket& packet, Hit* hits,
                                     std::size_t stride) {
-    CameraWalk walk(packet, use);
-    PacketTraversal<CameraWalk> traversal(bvh, walk);
-    if (!traversal.start(walk.whole())) {
+    CameraPacketTracer tracer(packet, use);
+    PacketTraversal<CameraPacketTracer> traversal(bvh, tracer);
+    if (!traversal.start(tracer.all())) {
         write_misses(tile, hits, stride);
         return true;
     }
     start_rays();
     if (!traversal.run()) return false;
-    walk.finish();
+    tracer.finish();
     if (packet.hit_leaves.empty()) {
         write_misses(tile, hits, stride);
     } else {

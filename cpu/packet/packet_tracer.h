@@ -10,8 +10,8 @@
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
-#include "cpu/packet/camera/camera_packet.h"
-#include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/light_packet.h"
 #include "cpu/packet/packet_frame.h"
 
 namespace mray::cpu {

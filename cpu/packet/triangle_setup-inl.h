@@ -1,5 +1,10 @@
-// Sets up the triangles of a leaf in the plane of a packet, with a bound of every error.
-
+// Sets up the triangles of a leaf in the plane of a packet, with a bound of every error. In order:
+//   1. the pixels of a camera packet that rectangles meet
+//   2. the projection of a leaf's vertices
+//   3. the results of the steps of TriangleSetup, and set-up triangles
+//   4. DepthBounds: 1/z and how far the hit rule may place a hit from it
+//   5. TriangleSetup
+// docs/design/arithmetic.md, "Packets", derives the bounds.
 #if defined(MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H
 #undef MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H
@@ -7,24 +12,434 @@
 #define MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H
 #endif
 
-#include <hwy/highway.h>
-
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
 #include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/camera/camera_packet.h"
-#include "cpu/packet/camera/camera_packet_blocks-inl.h"
-#include "cpu/packet/depth_bounds-inl.h"
-#include "cpu/packet/packet_frame-inl.h"
-#include "cpu/packet/packet_triangles-inl.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/packet_frame.h"
+#include "cpu/packet/packet_plane-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
+
+// ---- 1. Pixels
+
+/// The columns (or rows) of pixels from `begin` to `end` whose middles lie within `margin` of
+/// [lower, upper]; none if first > last. The middle of pixel k is at k - 31.5.
+struct PixelRange {
+    FloatVec first, last;
+
+    HWY_INLINE PixelRange(FloatVec lower, FloatVec upper, float margin, int begin, int end) {
+        constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+        first = max(hn::Ceil(lower + splat(kMiddle - margin)), splat(static_cast<float>(begin)));
+        last = min(hn::Floor(upper + splat(kMiddle + margin)), splat(static_cast<float>(end)));
+    }
+
+    HWY_INLINE Mask any() const { return first <= last; }
+
+    /// The blocks that hold the first and the last pixel, if there are any.
+    HWY_INLINE UintVec first_block() const { return block(first); }
+    HWY_INLINE UintVec last_block() const { return block(last); }
+
+    /// The first pixel, and the last one 8 bits above it, if there are any.
+    HWY_INLINE UintVec pixels() const {
+        const auto number = [](FloatVec pixel) HWY_ATTR {
+            return as_uint(hn::ConvertTo(kInts, pixel)) & splat(kCameraSide - 1);
+        };
+        return number(first) | shift_left<8>(number(last));
+    }
+
+private:
+    static HWY_INLINE UintVec block(FloatVec pixel) {
+        static_assert(kBlockSide == 4);
+        const UintVec block = shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel)));
+        // Without pixels it still must be a valid shift count.
+        return block & splat(kGridSide - 1);
+    }
+};
+
+/// The blocks that up to sixteen triangles meet: the first one, and how many columns and rows more.
+/// `few`, as bits, meet at most six blocks, because they have fewer than kFewSteps columns and rows
+/// more together.
+struct alignas(64) GridWindows {
+    std::uint32_t first[16], columns[16], rows[16];
+    std::uint32_t few = 0;
+
+    static constexpr std::int32_t kFewSteps = 4;
+
+    /// Sets as many triangles as there are lanes, from l on.
+    HWY_INLINE void set(std::size_t l, const PixelRange& x, const PixelRange& y) {
+        const UintVec left = x.first_block();
+        const UintVec top = y.first_block();
+        const UintVec more_columns = x.last_block() - left;
+        const UintVec more_rows = y.last_block() - top;
+        static_assert(kGridSide == 16);
+        store(shift_left<4>(top) | left, first + l);
+        store(more_columns, columns + l);
+        store(more_rows, rows + l);
+        const auto is_few = as_int(more_columns + more_rows) < splat(kFewSteps);
+        few |= bits_of(float_mask(is_few)) << l;
+    }
+};
+
+// ---- 2. Vertices
+
+/// Returns the triangles of a leaf whose vertices are all finite, as bits.
+inline std::uint32_t finite_triangles(const Leaf& leaf) {
+    std::uint32_t finite = 0;
+    for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
+        float largest = -kSceneExtent;
+        for (std::uint32_t k = 0; k < 3; ++k)
+            largest = std::max(largest, leaf.vertex[corner(leaf.vertex[i].corners, k)].x);
+        finite |= (largest <= kSceneExtent ? 1u : 0u) << i;
+    }
+    return finite;
+}
+
+/// A leaf's vertices in a packet's projection. TriangleSetup bounds their errors.
+struct alignas(64) ProjectedVertices {
+    float x[kLeafVertices], y[kLeafVertices], z[kLeafVertices];
+    /// The largest coordinate relative to the leaf's first vertex, in scene space.
+    float size[kLeafVertices];
+    /// The local vertex indices of the leaf's triangles, packed.
+    std::uint32_t indices[kLeafVertices];
+    /// The largest coordinate of the first vertex relative to the origin.
+    float distance;
+};
+
+/// Projects the vertices of a leaf. The first vertex is the first finite one; a vertex that is not
+/// finite is put there. Returns whether all vertices are finite.
+HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
+                                 ProjectedVertices& projected) {
+    const LeafVertex* first = leaf.vertex;
+    while (first->x > kSceneExtent && first != leaf.vertex + kLeafVertices - 1) ++first;
+    const LeafVertex& v0 = *first;
+    const double p[3] = {double{v0.x} - frame.org.x, double{v0.y} - frame.org.y,
+                         double{v0.z} - frame.org.z};
+    projected.distance =
+        static_cast<float>(std::max(std::abs(p[0]), std::max(std::abs(p[1]), std::abs(p[2]))));
+    float h[3];
+    for (int k = 0; k < 3; ++k) {
+        h[k] = static_cast<float>(frame.rows[k][0] * p[0] + frame.rows[k][1] * p[1] +
+                                  frame.rows[k][2] * p[2]);
+    }
+    float* const out[3] = {projected.x, projected.y, projected.z};
+    bool all_finite = true;
+    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+        FloatVec x, y, z, w;
+        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, x, y, z, w);
+        store(as_uint(w), projected.indices + l);
+        const Mask finite = x <= splat(kSceneExtent);
+        all_finite &= all(finite);
+        x = zero_unless(finite, x - splat(v0.x));
+        y = zero_unless(finite, y - splat(v0.y));
+        z = zero_unless(finite, z - splat(v0.z));
+        store(max3(abs(x), abs(y), abs(z)), projected.size + l);
+        for (int k = 0; k < 3; ++k) {
+            const float* row = frame.rows_f[k];
+            const FloatVec sum =
+                mul_add(splat(row[0]), x, mul_add(splat(row[1]), y, splat(row[2]) * z));
+            store(sum + splat(h[k]), out[k] + l);
+        }
+    }
+    return all_finite;
+}
+
+// ---- 3. The results of TriangleSetup's steps, a triangle a lane
+
+/// Step 1: vertices in the packet's projection.
+struct TriangleVertices {
+    FloatVec x[3], y[3], z[3];
+    /// The largest coordinate relative to the leaf's first vertex, in scene space.
+    FloatVec extent;
+    /// The part of |x - X z| + |y - Y z|'s error that grows with the extent and the distance, for
+    /// any ray (X, Y); the rule's displacement included.
+    FloatVec leaf_error;
+    FloatVec z_least, z_most, z_size;
+    FloatVec z_error;
+};
+
+/// Step 2: rectangles in the plane, and the section of each that lies in the packet.
+struct TriangleRectangles {
+    FloatVec lower_x, upper_x, lower_y, upper_y;
+    FloatVec middle_x, middle_y;
+    /// How far |x| + |y| of a ray in the section may be from the middle.
+    FloatVec half_extent;
+    /// Where all vertices are well in front of the origin, and the largest 1 / z there.
+    Mask in_front;
+    FloatVec largest_q;
+    /// Where the rectangle meets the packet.
+    Mask meets;
+};
+
+/// Step 3: vertices as the ray in the middle of the triangle's section sees them: x - middle_x z.
+struct TriangleLaterals {
+    FloatVec x[3], y[3];
+    /// The largest |x| + |y|: of the ray in the middle, and of any ray of the section.
+    FloatVec size, reach;
+    /// How far |x| + |y| may be from that of the rule's displaced vertices.
+    FloatVec error;
+};
+
+/// Step 4: the planes through the origin and an edge, the triangle's own plane, and `det`, which is
+/// 6 times the volume that triangle and origin span, with its sign.
+struct TrianglePlaneSet {
+    FloatVec a[3], b[3], c[3];
+    FloatVec bound;
+    FloatVec normal[3];
+    FloatVec det;
+    /// The sign bit of det, and where that is certain.
+    FloatVec sign;
+    Mask oriented;
+    /// How far det may be from that of a hit of the rule: where |det| is more, its sign is that of
+    /// the edge functions inside.
+    FloatVec det_error;
+};
+
+// ---- Set-up triangles
+
+/// Sixteen triangles of a leaf, set up: edge functions a[k] x + b[k] y + c[k] of the packet's
+/// plane, positive inside, off by at most `bound`; and 1/z = depth_a x + depth_b y + depth_c. Edge
+/// functions of unoriented triangles may be positive or negative inside, and nothing is known of
+/// their 1/z.
+struct alignas(64) SetUpTriangles {
+    float a[3][16], b[3][16], c[3][16];
+    float depth_a[16], depth_b[16], depth_c[16];
+    float bound[16];
+};
+
+/// Triangles for a camera packet: 1/z is off by at most `error`.
+struct CameraTriangles : SetUpTriangles {
+    float error[16];
+    /// The triangles whose orientation is unknown, as bits.
+    std::uint32_t unoriented;
+    GridWindows windows;
+};
+
+/// Triangles for a light packet: q = 1/z is off by at most c0 + q (c1 + q c2). No hit has a larger
+/// 1/z than `q`, and none lies outside the rectangle.
+struct LightTriangles : SetUpTriangles {
+    float c0[16], c1[16], c2[16], q[16];
+    Rectangles rectangles;
+    /// c plus kMissBound * bound, and depth_c plus the largest error (MissPlanes).
+    float most_c[3][16], most_q[16];
+    /// As bits. Triangles of which a vertex is `behind`, not in front of the origin, have the whole
+    /// plane for a rectangle.
+    std::uint32_t unoriented, behind;
+};
+
+/// A set-up triangle in registers, for all its (triangle, block) items.
+struct Planes {
+    HWY_INLINE Planes(const SetUpTriangles& triangles, std::uint32_t i)
+        : a0(splat(triangles.a[0][i])),
+          a1(splat(triangles.a[1][i])),
+          a2(splat(triangles.a[2][i])),
+          b0(splat(triangles.b[0][i])),
+          b1(splat(triangles.b[1][i])),
+          b2(splat(triangles.b[2][i])),
+          c0(splat(triangles.c[0][i])),
+          c1(splat(triangles.c[1][i])),
+          c2(splat(triangles.c[2][i])),
+          depth_a(splat(triangles.depth_a[i])),
+          depth_b(splat(triangles.depth_b[i])),
+          depth_c(splat(triangles.depth_c[i])),
+          bound(splat(triangles.bound[i])) {}
+
+    /// The least edge function at as many rays (x, y) as there are lanes.
+    HWY_INLINE FloatVec least_edge(FloatVec x, FloatVec y) const {
+        const EdgeValues e = edges(x, y);
+        return min3(e.u, e.v, e.w);
+    }
+    /// The rays that may hit an unoriented triangle: those of which no two edge functions beyond
+    /// the bound have opposite signs.
+    HWY_INLINE Mask may_be_inside(FloatVec x, FloatVec y) const {
+        const EdgeValues e = edges(x, y);
+        return !((min3(e.u, e.v, e.w) < -bound) & (max3(e.u, e.v, e.w) > bound));
+    }
+    /// 1/z at these rays.
+    HWY_INLINE FloatVec depth(FloatVec x, FloatVec y) const {
+        return mul_add(depth_a, x, mul_add(depth_b, y, depth_c));
+    }
+
+    FloatVec a0, a1, a2, b0, b1, b2, c0, c1, c2;
+    FloatVec depth_a, depth_b, depth_c;
+    FloatVec bound;
+
+private:
+    struct EdgeValues {
+        FloatVec u, v, w;
+    };
+    HWY_INLINE EdgeValues edges(FloatVec x, FloatVec y) const {
+        return {mul_add(a0, x, mul_add(b0, y, c0)), mul_add(a1, x, mul_add(b1, y, c1)),
+                mul_add(a2, x, mul_add(b2, y, c2))};
+    }
+};
+
+// ---- 4. Depths
+
+/// 1/z of the planes through triangles, q = a x + b y + c, and its error: a hit of the rule at a
+/// ray (x, y) has 1/z within c0 + q (c1 + q c2) of it, if (q + error) c2 <= kFarDepth.
+struct DepthPlanes {
+    FloatVec a, b, c;
+    FloatVec c0, c1, c2;
+    /// |a| + |b|, and the largest |q| in the triangle's section of the packet.
+    FloatVec gradient, most_q;
+    /// No hit is nearer than the nearest vertex by more than this in z.
+    FloatVec nearer;
+    /// Where q and its error are known. Elsewhere a, b and c are 0, and c0 is kUnknown.
+    Mask known;
+
+    HWY_INLINE FloatVec error_at(FloatVec q) const { return mul_add(q, mul_add(q, c2, c1), c0); }
+};
+
+/// Finds DepthPlanes for the triangles of a leaf (docs/design/arithmetic.md, "Packets", step 4;
+/// lab/proofs/packet_slant.g).
+class DepthBounds {
+public:
+    /// distance: the largest coordinate of the leaf's first vertex relative to the origin.
+    HWY_INLINE DepthBounds(const PacketFrame& frame, float distance)
+        : frame_(frame),
+          shear_(kShearError * frame.reach),
+          shift_by_extent_(frame.per_depth * (2 * kWeightRounding + kRuleDepthError) +
+                           kDepthError * frame.row_size[2]),
+          shift_(frame.per_depth *
+                     (kRuleDepthError * distance + kFastDepthOfMargin * frame.depth_margin) +
+                 kDepthError * frame.row_size[2] * distance),
+          slant_(kSlantDistance * distance + kGridError),
+          vertex_(kDistanceError * distance + kGridError) {}
+
+    /// usable: where the volume is large enough for 1/z to be known.
+    ///
+    /// 1. q = n.(x, y, 1) / det is 1/z of the plane through the projected vertices. A hit of the
+    ///    rule has weights; the mean of the projected vertices under these is a point of that
+    ///    plane, off the ray by their errors. With N the normal of the plane in scene space, for
+    ///    which N.p = 1, an error of e in scene space changes 1/z by N.e of itself, and one of (ex,
+    ///    ey, ez) in the projection by a ex + b ey + c ez.
+    /// 2. The projection of a vertex is off by kVertexError of `extent` in each of its rows, and by
+    ///    kLateralError and kShearError of its distance from the ray. kPlaneError is that of
+    ///    rounded differences and of det.
+    /// 3. The rule's weights are those of points that are displaced across the ray, by the exact
+    ///    path 3 u of their distance from it, by the fast path 3 u of that and 4 u of z:
+    ///    kSlantExtent and kSlantDistance.
+    /// 4. What the fast path rounds in its edge functions moves its hit along the ray. It is a 51st
+    ///    of the bound that surely_inside compares with a quarter of the depth margin:
+    ///    kFastDepthOfMargin.
+    /// 5. The rule's mean of depths and t add kWeightRounding of their range, at most 2 extent, and
+    ///    kRuleDepthError of their size, at most distance + extent.
+    /// 6. Steps 2 and 3 are `slope`, relative to q, steps 4 and 5 `shift`, in z. A plane with a
+    ///    slope of more than kMostSlope is not known.
+    /// 7. q rounds by kGradientRounding gradient + kReciprocalRounding q, and a ray that is
+    ///    ray_error off its place adds ray_error gradient.
+    HWY_INLINE DepthPlanes find(const TriangleVertices& v, const TriangleRectangles& p,
+                                const TriangleLaterals& s, const TrianglePlaneSet& planes,
+                                Mask usable) const {
+        const FloatVec scale = splat(1.0f) / max(abs(planes.det), splat(kLeastVolume));
+        const FloatVec signed_scale = zero_unless(usable, scale | planes.sign);
+        const FloatVec a = planes.normal[0] * signed_scale;
+        const FloatVec b = planes.normal[1] * signed_scale;
+        const FloatVec in_middle = planes.normal[2] * signed_scale;
+        const FloatVec c = neg_mul_add(a, p.middle_x, neg_mul_add(b, p.middle_y, in_middle));
+        Sizes sizes = sizes_of(a, b, c);
+        FloatVec c0 = zero();
+#if HWY_NATIVE_FMA
+        const FloatVec slope = slope_of(v, s, sizes);
+#else
+        const FloatVec unfused = add_unfused(v, p, s, zero_unless(usable, scale), sizes, c0);
+        const FloatVec slope = slope_of(v, s, sizes) + unfused;
+#endif
+        DepthPlanes out;
+        out.known = usable & (slope <= splat(kMostSlope));
+        out.a = zero_unless(out.known, a);
+        out.b = zero_unless(out.known, b);
+        out.c = zero_unless(out.known, c);
+        c0 = mul_add(splat(kGradientRounding + kRayDepthError * frame_.ray_error), sizes.gradient,
+                     c0);
+        out.c0 = select(out.known, c0, splat(kUnknown));
+        out.c1 = zero_unless(out.known, slope + splat(kReciprocalRounding));
+        const FloatVec shift = mul_add(splat(shift_by_extent_), v.extent, splat(shift_));
+        out.c2 = splat(kRuleDepthFactor) * shift;
+        out.nearer = mul_add(splat(frame_.row_size[2] * kSlantExtent), v.extent,
+                             shift + splat(frame_.row_size[2] * slant_));
+        out.gradient = sizes.gradient;
+        out.most_q = mul_add(sizes.gradient, p.half_extent, abs(in_middle));
+        return out;
+    }
+
+private:
+    /// Magnitudes of the plane q = a x + b y + c.
+    struct Sizes {
+        /// |a| + |b|, and the sum over the projection's rows of a coefficient times the row's size.
+        FloatVec gradient, rows;
+        /// A bound of the sum of |N|'s components.
+        FloatVec normal;
+    };
+
+    /// c is off by less than 2^-14 gradient (kGradientRounding): kShareOfDepth in `rows`, of which
+    /// kRestOfNormal goes to `normal`.
+    HWY_INLINE Sizes sizes_of(FloatVec a, FloatVec b, FloatVec c) const {
+        constexpr float kShareOfDepth = 0x1p-7f;
+        constexpr float kRestOfNormal = 0x1p-6f;
+        const float* size = frame_.row_size;
+        const FloatVec size_a = abs(a);
+        const FloatVec size_b = abs(b);
+        Sizes sizes;
+        sizes.gradient = size_a + size_b;
+        sizes.rows = mul_add(
+            splat(size[0] + kShareOfDepth * size[2]), size_a,
+            mul_add(splat(size[1] + kShareOfDepth * size[2]), size_b, splat(size[2]) * abs(c)));
+        sizes.normal = splat(kRestOfNormal) * sizes.rows;
+        for (int axis = 0; axis < 3; ++axis) {
+            const FloatVec n = mul_add(
+                splat(frame_.rows_f[0][axis]), a,
+                mul_add(splat(frame_.rows_f[1][axis]), b, splat(frame_.rows_f[2][axis]) * c));
+            sizes.normal = sizes.normal + abs(n);
+        }
+        return sizes;
+    }
+
+    /// Step 6: `slope`, for what kSteepError pays the second order.
+    HWY_INLINE FloatVec slope_of(const TriangleVertices& v, const TriangleLaterals& s,
+                                 const Sizes& sizes) const {
+        const FloatVec lateral = mul_add(splat(kPlaneError + kLateralError), s.size,
+                                         mul_add(splat(shear_), v.z_size, splat(kPlaneFloor)));
+        const FloatVec vertex = mul_add(splat(kVertexError), v.extent, splat(vertex_));
+        const FloatVec slant = mul_add(splat(kSlantExtent), v.extent, splat(slant_));
+        return splat(kSteepError) *
+               mul_add(lateral, sizes.gradient, mul_add(vertex, sizes.rows, slant * sizes.normal));
+    }
+
+    /// Without fused operations the normal's components are off by kUnfusedDepth of their products,
+    /// of a and b by z_size, of 1/z in the middle by `size`. Returns what that is of det.
+    HWY_INLINE FloatVec add_unfused(const TriangleVertices& v, const TriangleRectangles& p,
+                                    const TriangleLaterals& s, FloatVec scale, Sizes& sizes,
+                                    FloatVec& c0) const {
+        const float* size = frame_.row_size;
+        const FloatVec by_depth = splat(kUnfusedDepth) * (s.size * scale);
+        const FloatVec of_gradient = by_depth * v.z_size;
+        const FloatVec of_middle = by_depth * s.size;
+        const FloatVec of_rows = mul_add(splat(size[0] + size[1] + 2 * frame_.reach * size[2]),
+                                         of_gradient, splat(size[2]) * of_middle);
+        c0 = mul_add(of_gradient, p.half_extent, of_middle);
+        sizes.gradient = mul_add(splat(2.0f), of_gradient, sizes.gradient);
+        sizes.rows = sizes.rows + of_rows;
+        sizes.normal = sizes.normal + of_rows;
+        return of_middle * v.z_size;
+    }
+
+    const PacketFrame& frame_;
+    float shear_;
+    float shift_by_extent_, shift_;
+    float slant_, vertex_;
+};
+
+// ---- 5. Set-up
 
 /// a b - c d, off by 2^-23 of itself where there are fused operations.
 HWY_INLINE FloatVec difference_of_two_products(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
@@ -54,7 +469,7 @@ HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const Flo
 /// are near the middles of pixels.
 ///
 /// 1. find_vertices: x, y, z of the vertices (packet_vertices.g).
-/// 2. find_places: the rectangle that a triangle is seen in (packet_rectangles.g).
+/// 2. find_rectangles: the rectangle that a triangle is seen in (packet_rectangles.g).
 /// 3. find_laterals: the vertices as the ray in the middle of that rectangle sees them, which keeps
 ///    errors relative to the distance from the ray (packet_vertices.g).
 /// 4. find_edges: edge functions and `bound` (packet_edges.g).
@@ -96,19 +511,17 @@ private:
         if constexpr (!kOnGrid) out.behind = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
             const TriangleVertices v = find_vertices(projected, far_error, l);
-            const TrianglePlaces places = find_places(v, out, l);
+            const TriangleRectangles places = find_rectangles(v, out, l);
             if (kOnGrid && none(places.meets)) continue;
             const TriangleLaterals laterals = find_laterals(v, places);
             TrianglePlaneSet planes;
             find_edges(v, laterals, planes);
             find_volume(v, places, laterals, planes);
-            const FloatVec sign = planes.det & splat(-0.0f);
-            std::uint32_t unoriented = 0;
-            const Mask oriented = orient(places, planes, unoriented);
-            out.unoriented |= unoriented << l;
+            planes.sign = planes.det & splat(-0.0f);
+            out.unoriented |= orient(places, planes) << l;
             if constexpr (!kOnGrid) out.behind |= bits_of(!places.in_front) << l;
-            store_edges(places, planes, sign, out, l);
-            store_depth(depths, v, places, laterals, planes, sign, oriented, out, l);
+            store_edges(places, planes, out, l);
+            store_depth(depths, v, places, laterals, planes, out, l);
             alive |= bits_of(places.meets) << l;
         }
         return alive;
@@ -144,12 +557,12 @@ private:
     ///    both, with kRectangleRounding for sums with places in the packet, is `margin`.
     /// 3. The quotient and x round by kQuotientError of x / z.
     /// 4. A triangle that is not in front of the origin has the whole plane.
-    HWY_INLINE TrianglePlaces find_places(const TriangleVertices& v, Triangles& out,
-                                          std::size_t l) const {
+    HWY_INLINE TriangleRectangles find_rectangles(const TriangleVertices& v, Triangles& out,
+                                                  std::size_t l) const {
         const FloatVec least = splat(kLeastFrontZ);
         const FloatVec near =
             mul_add(splat(kFrontDepth), v.z_size, splat(kFrontError) * v.leaf_error);
-        TrianglePlaces p;
+        TriangleRectangles p;
         p.in_front = v.z_least > max(near, least);
         FloatVec rx[3], ry[3];
         p.largest_q = zero();
@@ -182,8 +595,8 @@ private:
         return p;
     }
 
-    /// Step 2, continued: stores the rectangles, and finds the part of each in the packet.
-    HWY_INLINE void cut_to_packet(TrianglePlaces& p, Triangles& out, std::size_t l) const {
+    /// Step 2, continued: stores the rectangles, and finds the section of each in the packet.
+    HWY_INLINE void cut_to_packet(TriangleRectangles& p, Triangles& out, std::size_t l) const {
         const FloatVec cut_lower_x = max(p.lower_x, splat(frame_.lower_x));
         const FloatVec cut_upper_x = min(p.upper_x, splat(frame_.upper_x));
         const FloatVec cut_lower_y = max(p.lower_y, splat(frame_.lower_y));
@@ -209,7 +622,7 @@ private:
     /// A ray of a camera's block that meets the rectangle is no farther from the middle than
     /// half_extent and a block.
     HWY_INLINE TriangleLaterals find_laterals(const TriangleVertices& v,
-                                              const TrianglePlaces& p) const {
+                                              const TriangleRectangles& p) const {
         TriangleLaterals s;
         s.size = zero();
         for (int k = 0; k < 3; ++k) {
@@ -253,7 +666,7 @@ private:
     /// L = hit_reach is an upper bound of |l| + error for rays of the rectangle:
     ///     det_error = L (L (kVolumeRounding z_size + kVolumeExtentError s_z extent)
     ///                    + kVolumeError error z_size).
-    HWY_INLINE void find_volume(const TriangleVertices& v, const TrianglePlaces& p,
+    HWY_INLINE void find_volume(const TriangleVertices& v, const TriangleRectangles& p,
                                 const TriangleLaterals& s, TrianglePlaneSet& planes) const {
         plane_normal(s.x, s.y, v.z, planes.normal);
         planes.det = mul_add(s.x[0], planes.normal[0],
@@ -265,27 +678,25 @@ private:
                                                splat(kVolumeError) * (s.error * v.z_size));
     }
 
-    /// Step 5, continued. Returns where det's sign is certain.
+    /// Step 5, continued. Sets `oriented`. Returns the unoriented triangles, as bits.
     /// 1. Elsewhere a hit may have edge functions of either sign, whose magnitudes add up to at
     ///    most 2 det_error / z. No z is nearer than a vertex, so where all vertices are in front of
     ///    the origin, `bound` grows by kEitherSign det_error largest_q to cover both signs.
     /// 2. Where they are not, no single sign says outside, and nothing is known of 1/z: these
-    ///    triangles are unoriented (bits), and have the bound of step 4.
+    ///    triangles are unoriented, and have the bound of step 4.
     /// 3. Where a value may overflow, nothing is known at all: bound = kUnknown makes all rays
     ///    uncertain.
-    HWY_INLINE Mask orient(const TrianglePlaces& p, TrianglePlaneSet& planes,
-                           std::uint32_t& unoriented) const {
+    HWY_INLINE std::uint32_t orient(const TriangleRectangles& p, TrianglePlaneSet& planes) const {
         const FloatVec size = abs(planes.det);
         const FloatVec own_bound = planes.bound;
-        const Mask oriented = size > planes.det_error;
+        planes.oriented = size > planes.det_error;
         const FloatVec either_sign = splat(kEitherSign) * planes.det_error * p.largest_q;
-        planes.bound = select(oriented, planes.bound, planes.bound + either_sign);
-        const Mask usable = (oriented | p.in_front) & (planes.bound < splat(kMostBound));
+        planes.bound = select(planes.oriented, planes.bound, planes.bound + either_sign);
+        const Mask usable = (planes.oriented | p.in_front) & (planes.bound < splat(kMostBound));
         const Mask is_moderate = size < splat(kMostVolume);
         const Mask known = usable & is_moderate;
-        if (HWY_LIKELY(all(known))) return oriented;
+        if (HWY_LIKELY(all(known))) return 0;
         const Mask has_edges = known | ((own_bound < splat(kMostBound)) & is_moderate);
-        unoriented = bits_of(!known);
         planes.bound = select(known, planes.bound, select(has_edges, own_bound, splat(kUnknown)));
         planes.det = zero_unless(known, planes.det);
         for (int k = 0; k < 3; ++k) {
@@ -294,19 +705,20 @@ private:
             planes.c[k] = zero_unless(has_edges, planes.c[k]);
             planes.normal[k] = zero_unless(known, planes.normal[k]);
         }
-        return oriented & known;
+        planes.oriented = planes.oriented & known;
+        return bits_of(!known);
     }
 
     /// Stores the edge functions, positive inside and moved from the middle to the plane's origin.
-    HWY_INLINE void store_edges(const TrianglePlaces& p, const TrianglePlaneSet& planes,
-                                FloatVec sign, Triangles& out, std::size_t l) const {
+    HWY_INLINE void store_edges(const TriangleRectangles& p, const TrianglePlaneSet& planes,
+                                Triangles& out, std::size_t l) const {
         store(planes.bound, out.bound + l);
         const FloatVec most_bound = splat(kMissBound) * planes.bound;
         for (int k = 0; k < 3; ++k) {
-            const FloatVec a = planes.a[k] ^ sign;
-            const FloatVec b = planes.b[k] ^ sign;
+            const FloatVec a = planes.a[k] ^ planes.sign;
+            const FloatVec b = planes.b[k] ^ planes.sign;
             const FloatVec c =
-                neg_mul_add(a, p.middle_x, neg_mul_add(b, p.middle_y, planes.c[k] ^ sign));
+                neg_mul_add(a, p.middle_x, neg_mul_add(b, p.middle_y, planes.c[k] ^ planes.sign));
             store(a, out.a[k] + l);
             store(b, out.b[k] + l);
             store(c, out.c[k] + l);
@@ -318,13 +730,13 @@ private:
     /// that the rule may find to hit; a light packet's by q, and the largest one in most_q
     /// (MissPlanes). Step 6.
     HWY_INLINE void store_depth(const DepthBounds& bounds, const TriangleVertices& v,
-                                const TrianglePlaces& p, const TriangleLaterals& s,
-                                const TrianglePlaneSet& planes, FloatVec sign, Mask oriented,
-                                Triangles& out, std::size_t l) const {
+                                const TriangleRectangles& p, const TriangleLaterals& s,
+                                const TrianglePlaneSet& planes, Triangles& out,
+                                std::size_t l) const {
         // Beyond this, what underflows in the plane and in det is far below their rounding.
         const FloatVec least_det = splat(kLeastSlantVolume) * (splat(1.0f) + s.size + v.z_size);
-        const Mask usable = oriented & (abs(planes.det) > least_det);
-        const DepthPlanes depth = bounds.find(v, p, s, planes, sign, usable);
+        const Mask usable = planes.oriented & (abs(planes.det) > least_det);
+        const DepthPlanes depth = bounds.find(v, p, s, planes, usable);
         store(depth.a, out.depth_a + l);
         store(depth.b, out.depth_b + l);
         store(depth.c, out.depth_c + l);
@@ -360,4 +772,4 @@ private:
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
-#endif
+#endif  // per target

@@ -101,7 +101,7 @@ void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre,
         constexpr std::uint32_t kAll = 0xAAAAAAAAu & kLaneBits;
         for (std::uint32_t bad = kAll & ~good; bad != 0; bad &= bad - 1) {
             out.hard[out.hard_count++] =
-                static_cast<std::uint16_t>(i + static_cast<std::size_t>(__builtin_ctz(bad)) / 2);
+                static_cast<std::uint16_t>(i + first_bit(bad) / 2);
         }
     }
 #else

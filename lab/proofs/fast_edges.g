@@ -3,7 +3,7 @@
 #   bounds       |fast - compensated| <= (1 - kSpareOfBound) bound; compensated is the exact value
 #                of the edge function of the points that project gives (or of the exact
 #                projections: then one source of error less)
-#   code         project_fast, fast_edges (common/interop/hit_rule.h); cpu/single_ray/closest_leaf-inl.h
+#   code         project_fast, fast_edges (common/interop/hit_rule.h); cpu/single_ray/leaf-inl.h
 #   constants    kFastProjectionError, kFastProjectionFloor
 #   inputs       |d| < 2, |d.x| <= d.z, |d.y| <= d.z, d.z >= 1
 #   operations   x = fl(fl(a.x * d.z) - fl(d.x * a.z)), y likewise; m = sum of |x| + |y| over the

@@ -3,8 +3,8 @@
 #   bounds       boxes of node_lanes within theirs (boxes.g says what for); project_by_slopes: vertices
 #                within those of project_fast; may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
 #                above edge_bound for |z| up to most_depth
-#   code         project_by_slopes (cpu/single_ray/closest_leaf-inl.h),
-#                may_be_ahead (cpu/single_ray/leaf_lanes-inl.h), depthless_bound
+#   code         project_by_slopes (cpu/single_ray/leaf-inl.h),
+#                may_be_ahead (cpu/single_ray/leaf-inl.h), depthless_bound
 #                (cpu/single_ray/ray_stream-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
 #                rays_meeting (cpu/single_ray/node_lanes-inl.h)
 #   used by      nothing

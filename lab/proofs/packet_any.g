@@ -5,9 +5,9 @@
 #                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's, nor
 #                is its maximum over a block's rectangle with kBlockGradient gradient more
 #   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses
-#                (cpu/packet/light/light_packet_items-inl.h); EdgeRange, whose rectangles bound a block or
+#                (cpu/packet/light_trace-inl.h); EdgeRange, whose rectangles bound a block or
 #                several, and whose `lowest` is the same of the negative function, and
-#                blocks_reaching (cpu/packet/light/light_packet_items-inl.h)
+#                blocks_reaching (cpu/packet/light_trace-inl.h)
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
 #                depth_c <= q + R gradient; c0, c1, c2 as in packet_slant.g

@@ -4,11 +4,11 @@
 #                from its place in the plane: 16 u of the largest (place_error); 1 / (tfar z): kEndError of
 #                itself; a stored ray from its place: place_error_of; 1 / (t z) of a hit:
 #                hit_depth_error
-#   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h),
-#                make_light_block (cpu/packet/light/light_packet_maker-inl.h), place_error
-#                (cpu/packet/light/light_packet_plane-inl.h), place_error_of
-#                (cpu/packet/camera/stored_packet_maker-inl.h), hit_depth_error
-#                (cpu/packet/camera/camera_packet_candidates-inl.h)
+#   code         pixel_error (cpu/packet/camera_rays-inl.h),
+#                make_light_block (cpu/packet/light_packet-inl.h), place_error
+#                (cpu/packet/light_packet-inl.h), place_error_of
+#                (cpu/packet/camera_rays-inl.h), hit_depth_error
+#                (cpu/packet/camera_candidates-inl.h)
 #   constants    kDirectionRounding, kEndError,
 #                kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
 #   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows, |X| <= 7.5 on a

@@ -2,8 +2,8 @@
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = a X + b Y + c as computed, where
 #                (q + that) c2 <= kFarDepth
-#   code         DepthBounds (cpu/packet/depth_bounds-inl.h); store_depth (cpu/packet/triangle_setup-inl.h),
-#                Position (cpu/packet/light/light_packet_items-inl.h), nearest_q (cpu/packet/packet_frame-inl.h)
+#   code         DepthBounds (cpu/packet/triangle_setup-inl.h); store_depth (cpu/packet/triangle_setup-inl.h),
+#                Position (cpu/packet/light_trace-inl.h), nearest_q (cpu/packet/packet_plane-inl.h)
 #   constants    kSlantExtent, kSlantDistance (by |N|_1), kVertexError (by the rows), kLateralError,
 #                kShearError, kPlaneError (by gradient), kFastDepthOfMargin, kRayDepthError,
 #                kSteepError, kRuleDepthFactor, kMostSlope, kFarDepth, kUnfusedDepth

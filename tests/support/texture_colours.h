@@ -13,7 +13,7 @@ inline uvec3 colour_at(const cpu::Texture& texture, Texcoord at, std::uint32_t l
 /// The linear colour of the sample's texture.
 inline uvec3 texture_colour(const cpu::TexturedTriangles& triangles,
                             const cpu::TexturedSample& sample) {
-    const cpu::TexturePlace place = cpu::texture_place(triangles, sample);
+    const cpu::TextureLookup place = cpu::texture_lookup(triangles, sample);
     return place.texture->colour_within(place.u, place.v, place.level);
 }
 

@@ -8,7 +8,7 @@
 
 #include "common/interop/arithmetic.h"
 #include "common/interop/ray.h"
-#include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/light_packet.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {

@@ -16,8 +16,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/packet/packet_frame-inl.h"
-#include "cpu/packet/packet_node-inl.h"
+#include "cpu/packet/packet_plane-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

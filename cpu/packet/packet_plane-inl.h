@@ -1,36 +1,185 @@
-// The boxes of a node in the plane of a packet, and its way through the tree.
-//
-// Wedges of a packet are planes through its origin and parallel to an axis of scene space, with all
-// rays on one side. They exclude boxes that the sides of its rectangle do not, above all boxes that
-// reach behind the origin beside the rays: a box and a cone of rays may be apart by a plane that is
-// parallel to an edge of the box and holds an edge of the cone, and by no side of either (S.
-// Gottschalk, M. Lin, D. Manocha. OBBTree: a hierarchical structure for rapid interference
-// detection. 1996, section 5).
-#if defined(MORPHRAY_CPU_PACKET_PACKET_NODE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_PACKET_PACKET_NODE_INL_H
-#undef MORPHRAY_CPU_PACKET_PACKET_NODE_INL_H
+// The plane of a packet, in order:
+//   1. rectangles in it, and depths as 1/z
+//   2. the frame: projection and bounds of directions
+//   3. wedges, planes that bound all rays in scene space
+//   4. the boxes of a node: their rectangles, depths, and which of them the packet may meet
+//   5. the traversal of the tree, nearest boxes first
+#if defined(MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H
+#undef MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H
 #else
-#define MORPHRAY_CPU_PACKET_PACKET_NODE_INL_H
+#define MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H
 #endif
-
-#include <hwy/highway.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "common/bvh/bvh.h"
 #include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/packet_frame-inl.h"
+#include "common/interop/slab.h"
 #include "cpu/packet/packet_frame.h"
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
+
+/// Rectangles in the packet's plane, one a lane.
+struct RectangleLanes {
+    FloatVec lower_x, upper_x, lower_y, upper_y;
+
+    HWY_INLINE RectangleLanes(FloatVec left, FloatVec right, FloatVec low, FloatVec high)
+        : lower_x(left), upper_x(right), lower_y(low), upper_y(high) {}
+    /// One rectangle in all lanes.
+    HWY_INLINE explicit RectangleLanes(const PlaneRectangle& r)
+        : RectangleLanes(splat(r.lower_x), splat(r.upper_x), splat(r.lower_y), splat(r.upper_y)) {}
+    /// Rectangles i and following, one a lane.
+    template <std::size_t kCount>
+    HWY_INLINE RectangleLanes(const PlaneRectangles<kCount>& r, std::size_t i)
+        : RectangleLanes(load(r.lower_x + i), load(r.upper_x + i), load(r.lower_y + i),
+                         load(r.upper_y + i)) {}
+
+    template <std::size_t kCount>
+    HWY_INLINE void put(PlaneRectangles<kCount>& r, std::size_t i) const {
+        store(lower_x, r.lower_x + i);
+        store(upper_x, r.upper_x + i);
+        store(lower_y, r.lower_y + i);
+        store(upper_y, r.upper_y + i);
+    }
+    HWY_INLINE void add(const RectangleLanes& r) {
+        lower_x = min(lower_x, r.lower_x);
+        upper_x = max(upper_x, r.upper_x);
+        lower_y = min(lower_y, r.lower_y);
+        upper_y = max(upper_y, r.upper_y);
+    }
+
+    HWY_INLINE Mask meets(const RectangleLanes& r) const {
+        const Mask x = (lower_x <= r.upper_x) & (upper_x >= r.lower_x);
+        const Mask y = (lower_y <= r.upper_y) & (upper_y >= r.lower_y);
+        return x & y;
+    }
+    HWY_INLINE Mask holds(FloatVec x, FloatVec y) const {
+        const Mask in_x = (x >= lower_x) & (x <= upper_x);
+        const Mask in_y = (y >= lower_y) & (y <= upper_y);
+        return in_x & in_y;
+    }
+};
+
+using Rectangles = PlaneRectangles<16>;
+
+/// Divisors of a quotient that is used only where they are positive are at least this: no quotient
+/// overflows.
+inline constexpr float kLeastDivisor = 1e-20f;
+
+/// An upper bound of 1/z of a hit that is no nearer than z = near; kAnyDepth where near <= 0.
+HWY_INLINE FloatVec nearest_q(FloatVec near) {
+    const FloatVec q = splat(kNearestByDepth) / max(near, splat(kLeastDivisor));
+    return select(near > zero(), q, splat(kAnyDepth));
+}
+
+HWY_INLINE float least_lane(FloatVec v) { return hn::GetLane(hn::MinOfLanes(kFloats, v)); }
+HWY_INLINE float most_lane(FloatVec v) { return hn::GetLane(hn::MaxOfLanes(kFloats, v)); }
+
+/// The least of a block's q_lower: no hit with a smaller 1/z concerns any of its rays.
+HWY_INLINE float least_q(const float* q_lower) {
+    FloatVec least = splat(kDone);
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes) least = min(least, load(q_lower + l));
+    return least_lane(least);
+}
+
+/// Reduces each of four vectors to one of four floats, which are aligned. combine: min or max of
+/// two vectors.
+template <class Combine>
+HWY_INLINE void reduce_four(const FloatVec vectors[4], Combine combine, float* out) {
+#if HWY_TARGET == HWY_SCALAR
+    for (std::size_t i = 0; i < 4; ++i) out[i] = hn::GetLane(vectors[i]);
+    (void)combine;
+#else
+    hn::Store(reduce_blocks(kFloats, combine_four(vectors, combine), combine), hn::Full128<float>(),
+              out);
+#endif
+}
+
+// ---- 2. The frame
+
+/// Bounds made in double are widened by 0.1 % before they are rounded to float, 2^-24 of them.
+inline constexpr double kWiden = 1.001;
+inline constexpr double kNarrow = 0.999;
+
+/// Two magnitudes made in double that differ by less than 0.01 % count as equal.
+inline constexpr double kSureOrder = 1.0001;
+
+/// The plane of a frame: its point (X, Y) lies at x X + y Y + z from the origin.
+struct PlaneAxes {
+    glm::dvec3 x, y, z;
+};
+
+/// Sets what a frame knows of its rays in scene space. The rows must be set. Directions are bounded
+/// at the corners of a square that holds all rays. Since row 2 of a direction is 1 at z = 1, its
+/// largest component is at least 1 / row_size[2].
+HWY_INLINE void bound_directions(PacketFrame& frame, const PlaneAxes& axes) {
+    const glm::dvec3 spread = (glm::abs(axes.x) + glm::abs(axes.y)) * double{frame.reach};
+    const glm::dvec3 least = glm::abs(axes.z) - spread;
+    const glm::dvec3 most = glm::abs(axes.z) + spread;
+    // A lower bound of each ray's largest component.
+    const double largest = std::max({1.0 / frame.row_size[2], least.x, least.y, least.z});
+    int axis_count = 0;
+    frame.depth_most = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (largest > kSureOrder * most[axis]) continue;
+        ++axis_count;
+        frame.axis = static_cast<std::uint32_t>(axis);
+        frame.axis_sign = axes.z[axis] < 0 ? -1.0f : 1.0f;
+        frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * kWiden));
+    }
+    if (axis_count != 1) frame.axis = kMixedAxes;
+    frame.depth_least = static_cast<float>(largest * kNarrow);
+    frame.per_depth = 1 / frame.depth_least;
+}
+
+/// Sets the rows that invert the axes.
+HWY_INLINE void set_rows(PacketFrame& frame, const PlaneAxes& axes) {
+    const glm::dvec3 rows[3] = {glm::cross(axes.y, axes.z), glm::cross(axes.z, axes.x),
+                                glm::cross(axes.x, axes.y)};
+    const double det = glm::dot(axes.x, rows[0]);
+    for (int k = 0; k < 3; ++k) {
+        frame.row_size[k] = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            frame.rows[k][axis] = rows[k][axis] / det;
+            frame.rows_f[k][axis] = static_cast<float>(frame.rows[k][axis]);
+            frame.row_size[k] += std::abs(frame.rows_f[k][axis]);
+        }
+    }
+}
+
+/// A hit is off by less than this part of the depth margin on any axis (docs/design/arithmetic.md,
+/// "Boxes").
+inline constexpr float kHitErrorOfMargin = 0.5625f;
+
+/// Sets the frame of a plane at `org`, for |X|, |Y| up to `reach`. It has no wedges.
+///
+/// depth_error: a hit is off by kHitErrorOfMargin * depth_margin on an axis; in z, by that over the
+/// ray's largest component at z = 1.
+HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const PlaneAxes& axes, float reach) {
+    set_rows(frame, axes);
+    frame.org = org;
+    frame.reach = reach;
+    frame.depth_margin = depth_margin(org);
+    bound_directions(frame, axes);
+    frame.depth_error = kHitErrorOfMargin * frame.depth_margin * frame.per_depth;
+    frame.wedge_side_count = 0;
+}
+
+// ---- 3. Wedges exclude boxes that the sides of the packet's rectangle do not, above all boxes
+// that reach behind the origin beside the rays. A box and a cone of rays may be separated only by a
+// plane parallel to an edge of the box that holds an edge of the cone (S. Gottschalk, M. Lin, D.
+// Manocha. OBBTree: a hierarchical structure for rapid interference detection. 1996, section 5).
 
 /// Whether a frame's rows, found in double, are the inverse of its axes but for 2^-18, and its
 /// corners, in double, exact enough for the margin of wedges.
@@ -104,7 +253,7 @@ HWY_INLINE Mask outside_wedges(const PacketFrame& frame, const FloatVec lower[3]
     return outside;
 }
 
-// The boxes of a node in the plane of a packet.
+// ---- 4. The boxes of a node
 
 /// Sets the least and the greatest value of row k of the projection over boxes relative to the
 /// origin. size: the largest coordinate of each box.
@@ -208,15 +357,15 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
     return hits;
 }
 
-// The way of a packet through the tree, nearest boxes first.
+// ---- 5. The traversal
 //
 // Based on: I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding
 // Volume Hierarchies. ACM TOG 26(1), 2007: packets far larger than a vector, one conservative test
 // of the whole packet per node, ordered descent. Changed: sixteen children are tested at once in
-// the packet's own projection; the active part of the packet is a mask of blocks, culled by depth
-// block by block; and triangles are set up sixteen at a time as homogeneous edge functions (M.
-// Olano, T. Greer. Triangle scan conversion using 2D homogeneous coordinates. 1997), so that no
-// vertex beside or behind the eye needs clipping.
+// the packet's own projection; the active rays are a mask of blocks, culled by depth block by
+// block; and triangles are set up sixteen at a time as homogeneous edge functions (M. Olano, T.
+// Greer. Triangle scan conversion using 2D homogeneous coordinates. 1997), so that no vertex beside
+// or behind the eye needs clipping.
 //
 // The bounds here never contradict the hit rule (common/interop/hit_rule.h): edge functions and 1/z
 // carry a bound of their distance from what the rule computes, they decide only beyond that bound,
@@ -233,45 +382,44 @@ HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
     prefetch(bytes + (is_leaf ? 0 : sizeof(Leaf)), sizeof(Node) - sizeof(Leaf));
 }
 
-/// Walks a packet through the tree. `Walk` knows the packet:
+/// Traverses the tree with a packet. `Tracer` holds the packet and has
 ///
-///     Part              what of the packet a box may concern
+///     ActiveRays        the rays of the packet that a box may concern
 ///     frame()           the packet's frame
-///     narrow(q, is_node, part)
-///                       drops from a part what no hit with 1/z <= q concerns. Returns whether any
-///                       is left
-///     find_parts(children, slots, part, parts)
-///                       sets parts[slot] to what of `part` children concern, for those of `slots`.
-///                       Returns the slots that concern any
-///     visit_leaf(leaf, q, part)
+///     narrow(q, is_node, active)
+///                       removes rays that no hit with 1/z <= q concerns. Returns whether any
+///                       remain
+///     find_active(children, slots, active, active_at)
+///                       sets active_at[slot] to the active rays of each child in `slots`. Returns
+///                       the slots that have any
+///     visit_leaf(leaf, q, active)
 ///                       tests a leaf, whose box is no nearer than q (nearest_q). Returns false to
-///                       end here
-template <class Walk>
+///                       end the traversal
+template <class Tracer>
 class alignas(kPage) PacketTraversal {
 public:
-    using Part = typename Walk::Part;
+    using ActiveRays = typename Tracer::ActiveRays;
 
-    PacketTraversal(const Bvh& bvh, Walk& walk) : bvh_(bvh), walk_(walk) {}
+    PacketTraversal(const Bvh& bvh, Tracer& tracer) : bvh_(bvh), tracer_(tracer) {}
 
-    /// Visits the root, which concerns `whole`. Returns whether it has children that the packet may
-    /// hit.
-    bool start(const Part& whole) {
-        visit_node(bvh_.nodes[0], whole);
+    /// Visits the root with all rays. Returns whether it has children that the packet may hit.
+    bool start(const ActiveRays& all) {
+        visit_node(bvh_.nodes[0], all);
         return size_ > 0;
     }
 
-    /// Visits what start() found. Returns false if the walk ended before.
+    /// Visits what start() found. Returns false if visit_leaf() ended the traversal.
     bool run() {
         while (size_ > 0) {
             const Entry& top = stack_[--size_];
             const float q = top.q;
             const std::uint32_t child = top.child;
-            Part part = top.part;
+            ActiveRays active = top.active;
             const bool is_node = (child & kLeafBit) == 0;
-            if (!walk_.narrow(q, is_node, part)) continue;
+            if (!tracer_.narrow(q, is_node, active)) continue;
             if (is_node) {
-                visit_node(bvh_.nodes[child], part);
-            } else if (!walk_.visit_leaf(bvh_.leaves[child & ~kLeafBit], q, part)) {
+                visit_node(bvh_.nodes[child], active);
+            } else if (!tracer_.visit_leaf(bvh_.leaves[child & ~kLeafBit], q, active)) {
                 return false;
             }
         }
@@ -281,23 +429,23 @@ public:
 private:
     /// A child to visit: its box is seen no nearer than q (nearest_q).
     struct Entry {
-        Part part;
+        ActiveRays active;
         float q;
         std::uint32_t child;
     };
 
-    void visit_node(const Node& node, const Part& part) {
+    void visit_node(const Node& node, const ActiveRays& active) {
         NodeChildren children;
-        const std::uint32_t hits = project_node(walk_.frame(), node, children);
-        Part parts[kWidth];
-        const std::uint32_t kept = walk_.find_parts(children, hits, part, parts);
+        const std::uint32_t hits = project_node(tracer_.frame(), node, children);
+        ActiveRays active_at[kWidth];
+        const std::uint32_t kept = tracer_.find_active(children, hits, active, active_at);
         alignas(64) std::int32_t order[kWidth];
         order_of(children.q, order);
         for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
-            const auto slot = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            const std::uint32_t slot = first_bit(rest);
             assert(node.child[slot] != kEmptyChild);
             stack_[size_ + hwy::PopCount(kept & slots_before(order, order[slot]))] = {
-                parts[slot], children.q[slot], node.child[slot]};
+                active_at[slot], children.q[slot], node.child[slot]};
             prefetch_child(bvh_, node.child[slot]);
         }
         size_ += static_cast<std::uint32_t>(hwy::PopCount(kept));
@@ -324,7 +472,7 @@ private:
     }
 
     const Bvh& bvh_;
-    Walk& walk_;
+    Tracer& tracer_;
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];
 };

@@ -51,10 +51,10 @@ struct alignas(64) GridRays {
 inline constexpr GridRays kGridRays;
 
 /// The offsets of a block's rays from its middle.
-struct alignas(64) BlockPlaces {
+struct alignas(64) BlockOffsets {
     float x[kBlockRays]{}, y[kBlockRays]{};
 
-    constexpr BlockPlaces() {
+    constexpr BlockOffsets() {
         constexpr float kFirst = 0.5f - 0.5f * kBlockSide;
         for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
             x[ray] = kFirst + static_cast<float>(ray / kBlockSide);
@@ -62,7 +62,22 @@ struct alignas(64) BlockPlaces {
         }
     }
 };
-inline constexpr BlockPlaces kBlockPlaces;
+inline constexpr BlockOffsets kBlockOffsets;
+
+/// Blocks of a camera packet as bits, four rows of blocks a word.
+struct BlockSet {
+    std::uint64_t words[kGridWords];
+};
+
+/// Pixels of a packet: the first and the last column, and the first and the last row.
+struct PixelRectangle {
+    std::uint8_t first_x, last_x, first_y, last_y;
+
+    static constexpr PixelRectangle none() { return {kCameraSide, 0, kCameraSide, 0}; }
+    bool empty() const { return first_x > last_x; }
+    /// For a rectangle that is not empty.
+    std::uint32_t count() const { return (last_x - first_x + 1u) * (last_y - first_y + 1u); }
+};
 
 /// Stands for a candidate: the ray has none. A candidate is the index of its leaf in hit_leaves
 /// times kLeafTriangles, plus its slot in the leaf.

@@ -1,5 +1,12 @@
 // A light packet: up to 64 x 64 rays that start at one point, such as shadow rays from a light, and
 // which of them are occluded. Plain data without SIMD types.
+//
+//             rays      consists of    serves
+//   block     4 x 4                    tests of a triangle against a block's rays
+//   quad      8 x 8     2 x 2 blocks   the boxes of nodes: the active rays are a set of quads
+//   group     16 x 16   2 x 2 quads    leaves: bounds of sixteen blocks, as many as vectors have
+//   lanes square    32 x 32   2 x 2 groups   tiles of fewer rays, which have one or two squares
+//   packet    64 x 64   2 x 2 squares
 #pragma once
 
 #include <algorithm>
@@ -13,8 +20,7 @@
 
 namespace mray::cpu {
 
-/// Blocks are stored in Morton order: four squares, in each of them groups of 4 x 4 blocks, in each
-/// of these quads of 2 x 2 blocks. As many blocks again may hold regrouped rays.
+/// Blocks are stored in Morton order. As many blocks again may hold regrouped rays.
 inline constexpr std::uint32_t kQuadBlocks = 4;
 inline constexpr std::uint32_t kGroupBlocks = 16;
 inline constexpr std::uint32_t kSquareSide = 32;
@@ -31,10 +37,10 @@ static_assert(kLightPacketQuads == 128);
 
 /// The parts of a ray's index that come from x and from y: blocks in Morton order, the rays of a
 /// block column by column.
-struct LightPacketPlaces {
+struct LightRayIndices {
     std::uint16_t x[kLightPacketSide]{}, y[kLightPacketSide]{};
 
-    constexpr LightPacketPlaces() {
+    constexpr LightRayIndices() {
         for (std::uint32_t i = 0; i < kLightPacketSide; ++i) {
             std::uint32_t blocks = 0;
             for (std::uint32_t bit = 0; kBlockSide << bit < kLightPacketSide; ++bit)
@@ -44,11 +50,11 @@ struct LightPacketPlaces {
         }
     }
 };
-inline constexpr LightPacketPlaces kLightPacketPlaces;
+inline constexpr LightRayIndices kLightRayIndices;
 
 /// Returns the index of the ray at (x, y).
 inline std::uint32_t light_packet_ray(std::uint32_t x, std::uint32_t y) {
-    return std::uint32_t{kLightPacketPlaces.x[x]} + kLightPacketPlaces.y[y];
+    return std::uint32_t{kLightRayIndices.x[x]} + kLightRayIndices.y[y];
 }
 
 /// Returns how many squares the rays of width x height pixels need.

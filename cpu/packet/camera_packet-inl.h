@@ -1,0 +1,651 @@
+// Closest candidates of a camera packet's rays. In order:
+//   1. blocks: which of them a rectangle of the plane or a depth concerns
+//   2. items (triangle, block): which need a test, and the values at a block's rays
+//   3. a leaf: its triangles against blocks of rays
+//   4. the packet in the tree: its active rays at a node are a set of blocks
+#if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H
+#undef MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet/camera_candidates-inl.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/packet_plane-inl.h"
+#include "cpu/packet/triangle_setup-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+
+// ---- 1. Blocks
+
+/// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.
+struct alignas(64) GridRanges {
+    std::uint32_t columns[16], rows[16];
+    PixelRectangle pixels[16];
+};
+
+/// Finds which of some pixels lie within `margin` of rectangles.
+HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectangles& r,
+                        GridRanges& ranges) {
+    const auto bits = [&](const PixelRange& range) HWY_ATTR {
+        const UintVec below = hn::Shl(splat(1u), range.first_block());
+        const UintVec up_to = hn::Shl(splat(2u), range.last_block());
+        return zero_unless(uint_mask(range.any()), up_to - below);
+    };
+    for (std::size_t l = 0; l < 16; l += kLanes) {
+        const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
+                           pixels.last_x);
+        const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
+                           pixels.last_y);
+        store(bits(x), ranges.columns + l);
+        store(bits(y), ranges.rows + l);
+        alignas(64) std::uint32_t own[kLanes];
+        store(x.pixels() | shift_left<16>(y.pixels()), own);
+        std::memcpy(ranges.pixels + l, own, sizeof own);
+    }
+}
+
+/// Windows of up to 4 x 4 blocks, by the numbers of columns and rows after the first: bit b stands
+/// for the block b after the window's first one in the packet.
+struct Windows {
+    std::uint64_t blocks[4][4]{};
+
+    constexpr Windows() {
+        for (std::uint32_t columns = 0; columns < 4; ++columns) {
+            for (std::uint32_t rows = 0; rows < 4; ++rows) {
+                for (std::uint32_t row = 0; row <= rows; ++row)
+                    blocks[columns][rows] |= std::uint64_t{(2u << columns) - 1} << row * kGridSide;
+            }
+        }
+    }
+};
+inline constexpr Windows kWindows;
+
+/// A word with the first column of each of its four rows of blocks.
+inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
+
+/// The blocks of some of a word's four rows, which are bits.
+struct WordRows {
+    std::uint64_t blocks[16]{};
+
+    constexpr WordRows() {
+        for (std::uint64_t rows = 0; rows < 16; ++rows) {
+            for (std::uint32_t row = 0; row < 4; ++row)
+                blocks[rows] |= (rows >> row & 1) * 0xFFFF << row * kGridSide;
+        }
+    }
+};
+inline constexpr WordRows kWordRows;
+
+/// Finds the blocks of `among` in some columns and rows. Returns whether there are any.
+HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows, const BlockSet& among,
+                               BlockSet& out) {
+    const std::uint64_t of_columns = columns * kEachRow;
+    std::uint64_t any = 0;
+    for (std::uint32_t w = 0; w < kGridWords; ++w) {
+        out.words[w] = among.words[w] & of_columns & kWordRows.blocks[rows >> 4 * w & 15];
+        any |= out.words[w];
+    }
+    return any != 0;
+}
+
+/// Updates block_q of four blocks at once from their rays.
+HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t blocks[4]) {
+    FloatVec least[4];
+    for (int i = 0; i < 4; ++i) {
+        const float* const q = packet.q_lower + blocks[i] * kBlockRays;
+        least[i] = load(q);
+        for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
+            least[i] = min(least[i], load(q + l));
+    }
+    alignas(16) float q[4];
+    reduce_four(
+        least, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); }, q);
+    for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
+}
+
+/// The blocks of a word that hold a ray that a hit at 1/z <= q may concern, as bits.
+HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std::size_t word) {
+    std::uint64_t blocks = 0;
+    const float* block_q = packet.block_q + 64 * word;
+    for (std::size_t b = 0; b < 64; b += kLanes)
+        blocks |= std::uint64_t{bits_of(splat(q) >= load(block_q + b))} << b;
+    return blocks;
+}
+
+/// The rays of a block within `pixels` that a hit at 1/z <= q may concern, as bits.
+HWY_INLINE std::uint32_t rays_beyond(const CameraPacket& packet, float q, std::uint32_t block,
+                                     const PixelRectangle& pixels) {
+    const int x = static_cast<int>(block % kGridSide * kBlockSide);
+    const int y = static_cast<int>(block / kGridSide * kBlockSide);
+    const auto in_block = [](int pixel) {
+        return static_cast<std::uint32_t>(std::clamp(pixel, 0, int{kBlockSide} - 1));
+    };
+    std::uint32_t beyond = 0;
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes)
+        beyond |= bits_of(splat(q) >= load(packet.q_lower + block * kBlockRays + l)) << l;
+    // Columns of rays are four bits each, one after the other; rows every fourth bit.
+    const std::uint32_t columns = 0xFFFFu << kBlockSide * in_block(pixels.first_x - x) &
+                                  0xFFFFu >> kBlockSide * (3 - in_block(pixels.last_x - x));
+    const std::uint32_t rows =
+        0xFu << in_block(pixels.first_y - y) & 0xFu >> (3 - in_block(pixels.last_y - y));
+    return beyond & columns & rows * 0x1111u;
+}
+
+/// Adds rays of a block, at least one, to the pixels of a rectangle.
+HWY_INLINE void add_rays(std::uint32_t block, std::uint32_t rays, PixelRectangle& pixels) {
+    const std::uint32_t x = block % kGridSide * kBlockSide;
+    const std::uint32_t y = block / kGridSide * kBlockSide;
+    const std::uint32_t rows = (rays | rays >> 4 | rays >> 8 | rays >> 12) & 0xF;
+    const auto last_bit = [](std::uint32_t bits) {
+        return 31 - std::uint32_t(__builtin_clz(bits));
+    };
+    const auto pixel = [](std::uint32_t place) { return static_cast<std::uint8_t>(place); };
+    pixels.first_x = std::min(pixels.first_x, pixel(x + first_bit(rays) / kBlockSide));
+    pixels.last_x = std::max(pixels.last_x, pixel(x + last_bit(rays) / kBlockSide));
+    pixels.first_y = std::min(pixels.first_y, pixel(y + first_bit(rows)));
+    pixels.last_y = std::max(pixels.last_y, pixel(y + last_bit(rows)));
+}
+
+// ---- 2. Items
+
+/// A set-up triangle in registers, with the error of its 1/z.
+struct GridPlanes : Planes {
+    HWY_INLINE GridPlanes(const CameraTriangles& triangles, std::uint32_t i)
+        : Planes(triangles, i), error(splat(triangles.error[i])) {}
+
+    FloatVec error;
+};
+
+/// The values of a triangle at a block's rays: the least edge function, whether an unoriented
+/// triangle may be hit, and 1/z at as many rays as there are lanes, from l on.
+struct GridValues {
+    const GridPlanes& planes;
+    std::uint32_t block;
+
+    HWY_INLINE FloatVec least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
+    HWY_INLINE Mask may_be_inside(std::size_t l) const { return planes.may_be_inside(x(l), y(l)); }
+    HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
+
+private:
+    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGridRays.x[block % kGridSide] + l); }
+    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGridRays.y[block / kGridSide] + l); }
+};
+
+/// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
+/// of the blocks of eight rows, four of them at a time, and what the rays of any block add to them.
+/// The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
+/// packet_slant.g).
+class RowPlanes {
+public:
+    HWY_INLINE RowPlanes(const CameraPacket& packet, const GridPlanes& p, std::uint32_t columns)
+        : packet_(packet), planes_(p), columns_(columns * kEachRow) {
+        for (std::size_t i = 0; i < kBlockRays / kLanes; ++i) {
+            const FloatVec x = load(kBlockOffsets.x + i * kLanes);
+            const FloatVec y = load(kBlockOffsets.y + i * kLanes);
+            more_[0][i] = mul_add(p.a0, x, p.b0 * y);
+            more_[1][i] = mul_add(p.a1, x, p.b1 * y);
+            more_[2][i] = mul_add(p.a2, x, p.b2 * y);
+            more_[3][i] = mul_add(p.depth_a, x, p.depth_b * y);
+        }
+        for (std::size_t i = 0; i < kVectors; ++i) {
+            const FloatVec x = load(kGridMiddles.data() + i * kLanes);
+            at_column_[0][i] = mul_add(p.a0, x, p.c0);
+            at_column_[1][i] = mul_add(p.a1, x, p.c1);
+            at_column_[2][i] = mul_add(p.a2, x, p.c2);
+            at_column_[3][i] = mul_add(p.depth_a, x, p.depth_c);
+        }
+        most_[0] = most_in_block(p.a0, p.b0);
+        most_[1] = most_in_block(p.a1, p.b1);
+        most_[2] = most_in_block(p.a2, p.b2);
+        most_q_ = most_in_block(p.depth_a, p.depth_b) + p.error;
+    }
+
+    struct Values {
+        const RowPlanes& planes;
+        std::size_t place;
+
+        HWY_INLINE FloatVec least_edge(std::size_t l) const {
+            return min3(value(0, l), value(1, l), value(2, l));
+        }
+        HWY_INLINE FloatVec depth(std::size_t l) const { return value(3, l); }
+
+    private:
+        HWY_INLINE FloatVec value(int k, std::size_t l) const {
+            return planes.more_[k][l / kLanes] + splat(planes.middle_[k][place]);
+        }
+    };
+    HWY_INLINE Values at(std::size_t place) const { return {*this, place}; }
+
+    /// Returns the blocks with a ray that may hit the triangle nearer than its candidate, as a word
+    /// of four rows of the grid from first_row on. rows: the rows to look at, which are the first
+    /// ones, as bits. place: where the values of the first block go.
+    HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows,
+                                        std::size_t place) {
+        const GridPlanes& p = planes_;
+        std::uint64_t met = 0;
+        for (std::uint32_t i = 0; i < 4 && (rows >> i & 1) != 0; ++i) {
+            const FloatVec y = splat(kGridMiddles[first_row + i]);
+            for (std::size_t k = 0; k < kVectors; ++k) {
+                const std::size_t l = i * kGridSide + k * kLanes;
+                const FloatVec u = mul_add(p.b0, y, at_column_[0][k]);
+                const FloatVec v = mul_add(p.b1, y, at_column_[1][k]);
+                const FloatVec w = mul_add(p.b2, y, at_column_[2][k]);
+                const FloatVec q = mul_add(p.depth_b, y, at_column_[3][k]);
+                store(u, middle_[0] + place + l);
+                store(v, middle_[1] + place + l);
+                store(w, middle_[2] + place + l);
+                store(q, middle_[3] + place + l);
+                const FloatVec least = min3(u + most_[0], v + most_[1], w + most_[2]);
+                const Mask inside = least >= -p.bound;
+                const Mask near = q + most_q_ >= load(packet_.block_q + first_row * kGridSide + l);
+                met |= std::uint64_t{bits_of(inside & near)} << l;
+            }
+        }
+        return met & columns_;
+    }
+
+private:
+    static constexpr std::size_t kVectors = kGridSide / kLanes;
+
+    /// How much larger a x + b y is at a ray of a block than in its middle, at most.
+    HWY_INLINE FloatVec most_in_block(FloatVec a, FloatVec b) const {
+        const FloatVec half = splat(0.5f * (kBlockSide - 1) + packet_.frame.grid_margin);
+        return (abs(a) + abs(b)) * half;
+    }
+
+    const CameraPacket& packet_;
+    const GridPlanes& planes_;
+    std::uint64_t columns_;
+    FloatVec more_[4][kBlockRays / kLanes];
+    FloatVec at_column_[4][kVectors];
+    FloatVec most_[3], most_q_;
+    alignas(64) float middle_[4][8 * kGridSide];
+};
+
+// ---- 3. Leaves
+
+/// Finds the closest candidates of a camera packet's rays in leaves.
+class CameraLeaves {
+public:
+    explicit CameraLeaves(CameraPacket& packet)
+        : packet_(packet), frame_(packet.frame), deferred_(packet) {}
+
+    /// Tests a leaf, whose box may concern some blocks and, of their rays, those in some pixels.
+    /// Traces each triangle against its blocks, which are few on a grid and quickly found.
+    /// Triangles of one kind follow each other, so that fewer branches are mispredicted.
+    HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
+        CameraTriangles triangles;
+        std::uint32_t alive = TriangleSetup<true>(frame_, pixels).run(leaf, triangles);
+        if (alive == 0) return;
+        for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
+        const auto first_candidate =
+            static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
+        const GridWindows& windows = triangles.windows;
+        const std::uint32_t unoriented = alive & triangles.unoriented;
+        if (HWY_UNLIKELY(unoriented != 0)) {
+            trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
+            alive &= ~unoriented;
+        }
+        bool any_closer = trace_few(leaf, triangles, alive & windows.few, first_candidate);
+        any_closer |= trace_more(leaf, triangles, alive & ~windows.few, blocks, first_candidate);
+        if (HWY_UNLIKELY(uncertain_count_ != 0)) defer(leaf, first_candidate);
+        if (any_closer && first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
+            add_hit_leaf(packet_, leaf);
+    }
+
+    /// Resolves all deferred rays by the rule.
+    HWY_NOINLINE void resolve() {
+        deferred_.resolve(traced_);
+        uncertain_blocks_ = {};
+    }
+
+    /// Updates the depths of the traced blocks.
+    void find_depths() {
+        for (std::uint32_t w = 0; w < kGridWords; ++w) {
+            std::uint64_t blocks = traced_.words[w];
+            for (auto count = static_cast<int>(hwy::PopCount(blocks)); count > 0; count -= 4) {
+                std::uint32_t four[4];
+                for (std::uint32_t& block : four) {
+                    block = 64 * w + first_bit(blocks);
+                    const std::uint64_t rest = blocks & (blocks - 1);
+                    blocks = rest != 0 ? rest : blocks;
+                }
+                find_four_depths(packet_, four);
+            }
+        }
+        traced_ = {};
+    }
+
+    /// The blocks with deferred rays, whose depths cull less until these are resolved.
+    const BlockSet& uncertain_blocks() const { return uncertain_blocks_; }
+
+private:
+    /// Blocks of the packet: bit b is block first + b.
+    struct Window {
+        std::uint32_t first;
+        std::uint64_t blocks;
+    };
+
+    /// Tests one (triangle, block) item: a triangle against all rays of a block. Returns whether it
+    /// becomes the closest candidate of any ray for certain. A triangle that is hit for certain
+    /// bounds the depth of further hits, though it may be uncertain whether it is the closest.
+    template <class Values>
+    HWY_INLINE bool trace_item(const GridPlanes& p, const Values& values, std::uint32_t block,
+                               std::uint32_t candidate) {
+        CameraPacket& packet = packet_;
+        bool any_closer = false;
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const std::size_t r = block * kBlockRays + l;
+            const FloatVec lower = load(packet.q_lower + r);
+            const FloatVec upper = load(packet.q_upper + r);
+            const FloatVec least = values.least_edge(l);
+            const FloatVec q = values.depth(l);
+            const Mask inside = least > p.bound;
+            const FloatVec own_lower = zero_unless(inside, q - p.error);
+            const FloatVec own_upper = q + p.error;
+            const Mask is_closer = own_lower > upper;
+            const Mask is_rejected = (least < -p.bound) | (own_upper < lower);
+            store(max(own_lower, lower), packet.q_lower + r);
+            store(select(is_closer, own_upper, upper), packet.q_upper + r);
+            store_where(is_closer, candidate, packet.candidate + r);
+            any_closer |= !none(is_closer);
+            const Mask certain = is_closer | is_rejected;
+            if (HWY_UNLIKELY(!all(certain)))
+                uncertain_[uncertain_count_++] = {static_cast<std::uint32_t>(r), bits_of(!certain),
+                                                  candidate};
+        }
+        return any_closer;
+    }
+
+    /// Defers what a leaf has left uncertain.
+    HWY_NOINLINE void defer(const Leaf& leaf, std::uint32_t first_candidate) {
+        if (first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
+            add_hit_leaf(packet_, leaf);
+        for (std::uint32_t i = 0; i < uncertain_count_; ++i) {
+            const UncertainRays& rays = uncertain_[i];
+            deferred_.add(rays.first, rays.lanes, rays.candidate);
+            const std::size_t block = rays.first / kBlockRays;
+            uncertain_blocks_.words[block / 64] |= std::uint64_t{1} << block % 64;
+            if (deferred_.many()) resolve();
+        }
+        uncertain_count_ = 0;
+    }
+
+    /// The blocks that the rectangle of triangle i meets, if they are few.
+    static HWY_INLINE Window window_of(const CameraTriangles& triangles, std::uint32_t i) {
+        const GridWindows& windows = triangles.windows;
+        return {windows.first[i], kWindows.blocks[windows.columns[i]][windows.rows[i]]};
+    }
+
+    /// Traces triangles `few` that meet few blocks. Returns whether any is closer than a candidate.
+    /// The blocks of the next triangle are found before this one is traced.
+    HWY_INLINE bool trace_few(const Leaf& leaf, const CameraTriangles& triangles, std::uint32_t few,
+                              std::uint32_t first_candidate) {
+        if (few == 0) return false;
+        bool any_closer = false;
+        std::uint32_t i = first_bit(few);
+        Window window = window_of(triangles, i);
+        while (few != 0) {
+            few &= few - 1;
+            const std::uint32_t next = few != 0 ? first_bit(few) : i;
+            const Window next_window = window_of(triangles, next);
+            const GridPlanes planes(triangles, i);
+            for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
+                const std::uint32_t block = window.first + first_bit(blocks);
+                any_closer |=
+                    trace_item(planes, GridValues{planes, block}, block, first_candidate + i);
+            }
+            defer_if_many(leaf, first_candidate);
+            i = next;
+            window = next_window;
+        }
+        return any_closer;
+    }
+
+    /// Traces triangles `many` that meet more blocks, against those of `blocks`. Eight rows at a
+    /// time are two words, which one loop processes: the end of a loop, which is mispredicted,
+    /// costs as much as an item.
+    HWY_INLINE bool trace_more(const Leaf& leaf, const CameraTriangles& triangles,
+                               std::uint32_t many, const BlockSet& blocks,
+                               std::uint32_t first_candidate) {
+        bool any_closer = false;
+        const GridWindows& windows = triangles.windows;
+        for (; many != 0; many &= many - 1) {
+            const std::uint32_t i = first_bit(many);
+            const GridPlanes planes(triangles, i);
+            const std::uint32_t left = windows.first[i] % kGridSide;
+            const std::uint32_t top = windows.first[i] / kGridSide;
+            RowPlanes grid(packet_, planes, ((2u << windows.columns[i]) - 1) << left);
+            const std::uint32_t rows = ((2u << windows.rows[i]) - 1) << top;
+            for (std::uint32_t row = top; rows >> row != 0; row += 8) {
+                const std::uint32_t first = row * kGridSide;
+                Window window = {0, grid.blocks_met(row, rows >> row, 0) & four_rows(blocks, row)};
+                Window next = {64, 0};
+                if (rows >> row >> 4 != 0)
+                    next.blocks =
+                        grid.blocks_met(row + 4, rows >> row >> 4, 64) & four_rows(blocks, row + 4);
+                while ((window.blocks | next.blocks) != 0) {
+                    if (window.blocks == 0) {
+                        window = next;
+                        next.blocks = 0;
+                    }
+                    const std::uint32_t place = window.first + first_bit(window.blocks);
+                    any_closer |=
+                        trace_item(planes, grid.at(place), first + place, first_candidate + i);
+                    window.blocks &= window.blocks - 1;
+                }
+            }
+            defer_if_many(leaf, first_candidate);
+        }
+        return any_closer;
+    }
+
+    /// Traces unoriented triangles against these blocks; rays that may hit them are deferred.
+    HWY_NOINLINE void trace_unoriented(const Leaf& leaf, const CameraTriangles& triangles,
+                                       std::uint32_t unoriented, const BlockSet& blocks,
+                                       std::uint32_t first_candidate) {
+        for (; unoriented != 0; unoriented &= unoriented - 1) {
+            const std::uint32_t i = first_bit(unoriented);
+            const GridPlanes planes(triangles, i);
+            for (std::uint32_t w = 0; w < kGridWords; ++w) {
+                for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
+                    const std::uint32_t block = 64 * w + first_bit(rest);
+                    const GridValues values = {planes, block};
+                    for (std::uint32_t l = 0; l < kBlockRays; l += kLanes) {
+                        const std::uint32_t uncertain = bits_of(values.may_be_inside(l));
+                        if (HWY_LIKELY(uncertain == 0)) continue;
+                        uncertain_[uncertain_count_++] = {block * kBlockRays + l, uncertain,
+                                                          first_candidate + i};
+                    }
+                    defer_if_many(leaf, first_candidate);
+                }
+            }
+        }
+    }
+
+    HWY_INLINE void defer_if_many(const Leaf& leaf, std::uint32_t first_candidate) {
+        if (HWY_UNLIKELY(uncertain_count_ >= kManyUncertain)) defer(leaf, first_candidate);
+    }
+
+    /// The blocks of four rows from `row` on, as a word.
+    static HWY_INLINE std::uint64_t four_rows(const BlockSet& blocks, std::uint32_t row) {
+        const std::uint32_t word = row / 4;
+        const std::uint32_t shift = row % 4 * kGridSide;
+        if (word >= kGridWords) return 0;
+        const std::uint64_t after = word + 1 < kGridWords ? blocks.words[word + 1] : 0;
+        return blocks.words[word] >> shift | after << 1 << (63 - shift);
+    }
+
+    CameraPacket& packet_;
+    const CameraFrame& frame_;
+    DeferredRays deferred_;
+    /// Rays `lanes` from `first` on and a triangle that is uncertain about them.
+    struct UncertainRays {
+        std::uint32_t first, lanes, candidate;
+    };
+    static constexpr std::uint32_t kManyUncertain = 64;
+    UncertainRays uncertain_[kManyUncertain + kCameraRays / kLanes];
+    std::uint32_t uncertain_count_ = 0;
+    /// The blocks of the leaves visited since depths were found. A triangle may be traced against
+    /// other blocks as well: their depths are not updated, and cull less.
+    BlockSet traced_ = {};
+    BlockSet uncertain_blocks_ = {};
+};
+
+// ---- 4. The tree
+
+/// Finds the closest candidates of a camera packet's rays.
+class CameraPacketTracer {
+public:
+    /// The blocks, and the pixels, that a box may concern.
+    struct ActiveRays {
+        BlockSet blocks;
+        PixelRectangle pixels;
+    };
+
+    /// kWhereItPays: the traversal ends without answers if the first leaves are smaller than
+    /// pixels.
+    CameraPacketTracer(CameraPacket& packet, PacketUse use)
+        : packet_(packet), use_(use), leaves_(packet) {
+        packet.leaf_count = 0;
+    }
+
+    ActiveRays all() const {
+        const auto last = [](std::uint32_t blocks) {
+            return static_cast<std::uint8_t>(blocks * kBlockSide - 1);
+        };
+        const CameraFrame& frame = packet_.frame;
+        ActiveRays all = {{}, {0, last(frame.grid_columns), 0, last(frame.grid_rows)}};
+        for (std::uint64_t& word : all.blocks.words) word = kAllBlocks;
+        return all;
+    }
+    const PacketFrame& frame() const { return packet_.frame; }
+
+    HWY_INLINE bool narrow(float q, bool is_node, ActiveRays& active) {
+        if (has_few_blocks(active.blocks)) return any_ray_matters(q, active.blocks, active.pixels);
+        if (is_node) leaves_.find_depths();
+        return still_matters(q, active.blocks);
+    }
+
+    HWY_INLINE std::uint32_t find_active(const NodeChildren& children, std::uint32_t slots,
+                                         const ActiveRays& active, ActiveRays* active_at) const {
+        GridRanges ranges;
+        to_grid(packet_.frame.grid_margin, active.pixels, children.rectangles, ranges);
+        std::uint32_t kept = 0;
+        for (; slots != 0; slots &= slots - 1) {
+            const std::uint32_t slot = first_bit(slots);
+            if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], active.blocks,
+                                active_at[slot].blocks))
+                continue;
+            active_at[slot].pixels = ranges.pixels[slot];
+            kept |= 1u << slot;
+        }
+        return kept;
+    }
+
+    HWY_INLINE bool visit_leaf(const Leaf& leaf, float /*q*/, const ActiveRays& active) {
+        if (packet_.leaf_count < kFirstLeaves) {
+            pixels_of_leaves_ += active.pixels.count();
+        } else if (packet_.leaf_count == kFirstLeaves && use_ == PacketUse::kWhereItPays &&
+                   pixels_of_leaves_ < kFirstLeaves * kFewPixels) {
+            return false;
+        }
+        ++packet_.leaf_count;
+        leaves_.trace(leaf, active.blocks, active.pixels);
+        return true;
+    }
+
+    /// Gives the rays that are still uncertain their closest candidates.
+    void finish() { leaves_.resolve(); }
+
+private:
+    /// A packet is given up if its first leaves concern fewer pixels than kFewPixels each
+    /// (lab/notes/cpu_tracer.md).
+    static constexpr std::uint32_t kFirstLeaves = 32;
+    static constexpr std::uint32_t kFewPixels = 2;
+
+    /// Removes blocks whose rays all have closer hits. Returns whether any remain.
+    /// Blocks with uncertain rays may have closer hits than is known: if only such blocks remain,
+    /// their rays are resolved first.
+    HWY_INLINE bool still_matters(float q, BlockSet& blocks) {
+        std::uint64_t any = keep_near(q, blocks);
+        std::uint64_t certain = 0;
+        for (std::size_t w = 0; w < kGridWords; ++w)
+            certain |= blocks.words[w] & ~leaves_.uncertain_blocks().words[w];
+        if (HWY_UNLIKELY(certain == 0 && any != 0)) {
+            leaves_.resolve();
+            leaves_.find_depths();
+            any = keep_near(q, blocks);
+        }
+        return any != 0;
+    }
+
+    /// With more blocks, testing their rays costs more than it saves (lab/notes/cpu_tracer.md).
+    static constexpr std::size_t kFewBlocks = 4;
+
+    static HWY_INLINE bool has_few_blocks(const BlockSet& blocks) {
+        std::size_t count = 0;
+        for (const std::uint64_t word : blocks.words) count += hwy::PopCount(word);
+        return count <= kFewBlocks;
+    }
+
+    /// still_matters() ray by ray, for few blocks: where triangles are smaller than pixels, most
+    /// rays of a block are far from the box, or hit something nearer. Removes pixels, too.
+    HWY_INLINE bool any_ray_matters(float q, BlockSet& blocks, PixelRectangle& pixels) {
+        const std::uint64_t certain = keep_rays(q, blocks, pixels);
+        if (HWY_UNLIKELY(certain == 0 && !pixels.empty())) {
+            leaves_.resolve();
+            keep_rays(q, blocks, pixels);
+        }
+        return !pixels.empty();
+    }
+
+    /// Returns the blocks that remain and have no uncertain rays, of any word.
+    HWY_INLINE std::uint64_t keep_rays(float q, BlockSet& blocks, PixelRectangle& pixels) const {
+        std::uint64_t certain = 0;
+        PixelRectangle kept = PixelRectangle::none();
+        for (std::uint32_t w = 0; w < kGridWords; ++w) {
+            std::uint64_t keep = 0;
+            for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
+                const std::uint32_t block = 64 * w + first_bit(rest);
+                const std::uint32_t rays = rays_beyond(packet_, q, block, pixels);
+                if (rays == 0) continue;
+                keep |= rest & -rest;
+                add_rays(block, rays, kept);
+            }
+            blocks.words[w] = keep;
+            certain |= keep & ~leaves_.uncertain_blocks().words[w];
+        }
+        pixels = kept;
+        return certain;
+    }
+
+    HWY_INLINE std::uint64_t keep_near(float q, BlockSet& blocks) const {
+        std::uint64_t any = 0;
+        for (std::size_t w = 0; w < kGridWords; ++w) {
+            blocks.words[w] &= blocks_beyond(packet_, q, w);
+            any |= blocks.words[w];
+        }
+        return any;
+    }
+
+    CameraPacket& packet_;
+    PacketUse use_;
+    CameraLeaves leaves_;
+    /// The pixels that the first leaves concern.
+    std::uint32_t pixels_of_leaves_ = 0;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,796 @@
+// Any hits of a light packet. In order:
+//   1. blocks and quads: which of them a rectangle of the plane or a depth concerns
+//   2. items (triangle, block): which need a test, and what the bounds decide about single rays
+//   3. edges of triangles against bounds of many rays
+//   4. a leaf: its triangles against blocks of rays
+//   5. the packet in the tree: its active rays at a node are a set of quads
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "common/interop/packet_bounds.h"
+#include "cpu/packet/light_packet-inl.h"
+#include "cpu/packet/light_packet.h"
+#include "cpu/packet/packet_plane-inl.h"
+#include "cpu/packet/triangle_setup-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+
+// ---- 1. Blocks and quads
+
+/// The blocks of a group with rays that may lie in a rectangle and that a hit at 1/z <= q may
+/// concern, as bits.
+HWY_INLINE std::uint32_t blocks_in(const LightPacket& packet, const RectangleLanes& rectangle,
+                                   float q, std::uint32_t group) {
+    std::uint32_t blocks = 0;
+    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+        const std::size_t b = group * kGroupBlocks + l;
+        const Mask near = splat(q) >= load(packet.block_q + b);
+        blocks |= bits_of(near & rectangle.meets(RectangleLanes(packet.blocks, b))) << l;
+    }
+    return blocks;
+}
+
+/// Quads of a packet as bits: the first word has those in place, the second those of regrouped
+/// blocks.
+struct QuadSet {
+    std::uint64_t words[2];
+
+    HWY_INLINE bool any() const { return (words[0] | words[1]) != 0; }
+    HWY_INLINE std::size_t count() const {
+        return hwy::PopCount(words[0]) + hwy::PopCount(words[1]);
+    }
+};
+
+/// With more quads than this in reach of a box, comparing each quad, and its rays, with the box
+/// costs more than it saves (lab/notes/cpu_tracer.md).
+inline constexpr std::size_t kFewQuads = 8;
+
+/// The quads of `among` for which is_met(k) has a lane: it tests as many as there are lanes, from
+/// k on.
+template <class IsMet>
+HWY_INLINE QuadSet find_quads(const LightPacket& packet, const QuadSet& among, IsMet is_met) {
+    QuadSet quads = {};
+    const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
+        for (std::size_t l = 0; l < count; l += kLanes)
+            quads.words[word] |= std::uint64_t{bits_of(is_met(64 * word + l))} << l;
+        quads.words[word] &= among.words[word];
+    };
+    find(0, kLightPacketQuads / 2);
+    if (packet.regrouped_count != 0)
+        find(1, (packet.regrouped_count + kQuadBlocks - 1) / kQuadBlocks);
+    return quads;
+}
+
+/// The quads of `among` that a rectangle and a hit at 1/z <= q may concern.
+HWY_INLINE QuadSet quads_in(const LightPacket& packet, const RectangleLanes& rectangle, float q,
+                            const QuadSet& among) {
+    return find_quads(packet, among, [&](std::size_t k) HWY_ATTR {
+        const Mask near = splat(q) >= load(packet.quad_q + k);
+        return near & rectangle.meets(RectangleLanes(packet.quads, k));
+    });
+}
+
+/// Sets quads_of[slot] to the quads of `among` that rectangle `slot` and a hit at 1/z <= q[slot]
+/// may concern, for the slots of `slots`. Returns the slots that have some. For few quads: each is
+/// compared with all rectangles at once.
+HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangles& r,
+                                      const float* q, std::uint32_t slots, const QuadSet& among,
+                                      QuadSet* quads_of) {
+    for (std::uint32_t rest = slots; rest != 0; rest &= rest - 1) quads_of[first_bit(rest)] = {};
+    std::uint32_t kept = 0;
+    for (std::uint32_t word = 0; word < 2; ++word) {
+        for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
+            const std::size_t k = 64 * word + first_bit(rest);
+            const RectangleLanes quad(packet.quads[k]);
+            const FloatVec quad_q = splat(packet.quad_q[k]);
+            std::uint32_t met = 0;
+            for (std::size_t l = 0; l < kWidth; l += kLanes) {
+                const Mask near = load(q + l) >= quad_q;
+                met |= bits_of(near & RectangleLanes(r, l).meets(quad)) << l;
+            }
+            met &= slots;
+            kept |= met;
+            for (; met != 0; met &= met - 1) quads_of[first_bit(met)].words[word] |= rest & -rest;
+        }
+    }
+    return kept;
+}
+
+/// The quads of `among` with a ray that a hit at 1/z <= q may concern.
+HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSet& among) {
+    return find_quads(packet, among,
+                      [&](std::size_t k) HWY_ATTR { return splat(q) >= load(packet.quad_q + k); });
+}
+
+/// A packet is given up if its quads cover their bounds more often than this
+/// (lab/notes/cpu_tracer.md).
+inline constexpr float kMostOverlap = 8;
+
+/// Whether quads lie over each other, so that most boxes concern many of them but few rays: the
+/// areas of all quads are more than kMostOverlap times that of their bounds.
+HWY_INLINE bool quads_overlap(const LightPacket& packet) {
+    FloatVec area = zero();
+    for (std::size_t k = 0; k < kLightPacketQuads; k += kLanes) {
+        const Mask has_rays = load(packet.quad_q + k) < splat(kDone);
+        const RectangleLanes quad(packet.quads, k);
+        const FloatVec width = quad.upper_x - quad.lower_x;
+        const FloatVec height = quad.upper_y - quad.lower_y;
+        area = area + zero_unless(has_rays, width * height);
+    }
+    const PacketFrame& frame = packet.frame;
+    return hn::GetLane(hn::SumOfLanes(kFloats, area)) >
+           kMostOverlap * (frame.upper_x - frame.lower_x) * (frame.upper_y - frame.lower_y);
+}
+
+/// The rays that lie in a rectangle and that a hit at 1/z <= q may concern.
+class RaysWithin {
+public:
+    HWY_INLINE RaysWithin(const LightPacket& packet, const PlaneRectangle& rectangle, float q)
+        : packet_(packet), rectangle_(rectangle), q_(splat(q)) {}
+
+    /// Whether a block has any.
+    HWY_INLINE bool any_of_block(std::size_t block) const {
+        Mask found = at(block * kBlockRays);
+        for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
+            found = found | at(block * kBlockRays + l);
+        return !none(found);
+    }
+
+    /// The quads of `among` that have some.
+    HWY_INLINE QuadSet quads(const QuadSet& among) const {
+        QuadSet kept = {};
+        for (std::uint32_t word = 0; word < 2; ++word) {
+            for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
+                const std::size_t first = (64 * word + first_bit(rest)) * kQuadBlocks;
+                if (any_of_block(first) || any_of_block(first + 1) || any_of_block(first + 2) ||
+                    any_of_block(first + 3))
+                    kept.words[word] |= rest & -rest;
+            }
+        }
+        return kept;
+    }
+
+private:
+    /// Tests as many rays as there are lanes, from r on.
+    HWY_INLINE Mask at(std::size_t r) const {
+        return (load(packet_.q_lower + r) <= q_) &
+               rectangle_.holds(load(packet_.x + r), load(packet_.y + r));
+    }
+
+    const LightPacket& packet_;
+    RectangleLanes rectangle_;
+    FloatVec q_;
+};
+
+// ---- 2. Items
+
+/// The triangles of a leaf whose rectangle meets a block and that are near enough for it, as bits.
+HWY_INLINE std::uint32_t triangles_at(const LightPacket& packet, const LightTriangles& triangles,
+                                      std::uint32_t block) {
+    const RectangleLanes own(packet.blocks[block]);
+    const FloatVec q = splat(packet.block_q[block]);
+    std::uint32_t found = 0;
+    for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        const Mask near = load(triangles.q + l) >= q;
+        found |= bits_of(near & RectangleLanes(triangles.rectangles, l).meets(own)) << l;
+    }
+    return found;
+}
+
+/// A set-up triangle in registers, with the error of its 1/z.
+struct LightPlanes : Planes {
+    HWY_INLINE LightPlanes(const LightTriangles& triangles, std::uint32_t i)
+        : Planes(triangles, i),
+          error0(splat(triangles.c0[i])),
+          error1(splat(triangles.c1[i])),
+          error2(splat(triangles.c2[i])) {}
+
+    FloatVec error0, error1, error2;
+};
+
+/// The values of a triangle at as many rays (x, y) as there are lanes: the least edge function, and
+/// 1/z from q_lower to q_upper. Overflow can make a NaN, for which both tests below are false.
+struct Position {
+    HWY_INLINE Position(const LightPlanes& p, FloatVec x, FloatVec y) : least(p.least_edge(x, y)) {
+        const FloatVec q = p.depth(x, y);
+        const FloatVec error = mul_add(q, mul_add(q, p.error2, p.error1), p.error0);
+        q_lower = q - error;
+        q_upper = q + error;
+        is_far = q_upper * p.error2 <= splat(kFarDepth);
+    }
+
+    /// The rays that certainly hit the triangle, nearer than their limit.
+    HWY_INLINE Mask is_closer(const Planes& p, FloatVec limit_upper) const {
+        return (least > p.bound) & (q_lower > limit_upper);
+    }
+
+    /// The rays that certainly miss the triangle or hit it beyond their limit.
+    HWY_INLINE Mask is_rejected(const Planes& p, FloatVec limit_lower) const {
+        return (least < -p.bound) | (is_far & (q_upper < limit_lower));
+    }
+
+    FloatVec least, q_lower, q_upper;
+    /// Where the triangle is so far away that q_upper holds.
+    Mask is_far;
+};
+
+/// A set-up triangle in registers, for certainly_misses(): the largest edge functions and 1/z.
+struct MissPlanes : Planes {
+    HWY_INLINE MissPlanes(const LightTriangles& triangles, std::uint32_t i) : Planes(triangles, i) {
+        c0 = splat(triangles.most_c[0][i]);
+        c1 = splat(triangles.most_c[1][i]);
+        c2 = splat(triangles.most_c[2][i]);
+        depth_c = splat(triangles.most_q[i]);
+    }
+};
+
+/// Whether all rays of a block certainly miss a triangle or hit it beyond their limits. It decides
+/// less than Position but costs less, since its constants are found once a leaf.
+///
+/// 1. A ray misses where an edge function is below -bound. most_c = c + kMissBound * bound, and
+///    the test is a x + b y + most_c < 0: what kMissBound exceeds 1 by covers the rounding of
+///    most_c and of the sums (lab/proofs/packet_any.g).
+/// 2. The bounds say nothing of a ray outside the triangle's rectangle, but such a ray misses.
+/// 3. The rule hits nothing nearer than q = triangles.q, and the error c0 + q (c1 + q c2) grows
+///    with q. So with most_q = depth_c + the error at that q, 1/z of a hit is at most a x + b y +
+///    most_q.
+/// 4. most_q has kLightErrorFactor times the error, for its own roundings, and kMissGradient
+///    times the gradient for that of the sum, since |depth_c| <= 1/z in the middle + reach *
+///    gradient.
+HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
+                                 std::uint32_t block) {
+    Mask all_miss = zero() == zero();
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+        const std::size_t r = block * kBlockRays + l;
+        const FloatVec x = load(packet.x + r);
+        const FloatVec y = load(packet.y + r);
+        const Mask outside = p.least_edge(x, y) < zero();
+        const Mask beyond = p.depth(x, y) < load(packet.q_lower + r);
+        all_miss = all_miss & (outside | beyond);
+    }
+    return all(all_miss);
+}
+
+// ---- 3. Edges
+
+/// Rectangles of the plane, by their middles and half extents.
+struct MiddleRectangles {
+    HWY_INLINE explicit MiddleRectangles(const RectangleLanes& r)
+        : x(splat(0.5f) * (r.lower_x + r.upper_x)),
+          y(splat(0.5f) * (r.lower_y + r.upper_y)),
+          half_x(splat(0.5f) * (r.upper_x - r.lower_x)),
+          half_y(splat(0.5f) * (r.upper_y - r.lower_y)) {}
+
+    FloatVec x, y, half_x, half_y;
+};
+
+/// An edge of triangles against rectangles that are the bounds of blocks or of groups, which are
+/// dilated by twice ray_error; a triangle and a rectangle a lane. `highest` is an upper bound of
+/// the edge function plus its bound over a rectangle, `lowest` of its negative plus the bound: if
+/// less than limit(bound), the function is certainly below -bound, or above bound, for all rays
+/// there.
+///
+/// most_c and kBlockBound leave three quarters of `bound` on top of the test of a ray, which cover
+/// four partial sums and the rounding of a rectangle's middle and half extent
+/// (lab/proofs/packet_any.g). Rounding is symmetric, so that all holds for negatives, too.
+struct EdgeRange {
+    FloatVec a, b, most_c, most_minus_c;
+
+    HWY_INLINE static FloatVec limit(FloatVec bound) { return splat(-kBlockBound) * bound; }
+
+    HWY_INLINE FloatVec highest(const MiddleRectangles& r) const {
+        return extent(r, mul_add(a, r.x, mul_add(b, r.y, most_c)));
+    }
+    HWY_INLINE FloatVec lowest(const MiddleRectangles& r) const {
+        return extent(r, neg_mul_add(a, r.x, neg_mul_add(b, r.y, most_minus_c)));
+    }
+
+private:
+    HWY_INLINE FloatVec extent(const MiddleRectangles& r, FloatVec middle) const {
+        return mul_add(abs(a), r.half_x, mul_add(abs(b), r.half_y, middle));
+    }
+};
+
+/// The edges of one triangle against many rectangles. kOriented: edge functions are positive
+/// inside; else they have one sign there.
+///
+/// Where an oriented triangle has an edge function below -bound, the ray misses it; an unoriented
+/// one, where another function is above bound as well (docs/design/arithmetic.md, "Packets",
+/// step 2).
+template <bool kOriented>
+class Outline {
+public:
+    HWY_INLINE Outline(const LightTriangles& triangles, std::uint32_t i)
+        : limit_(EdgeRange::limit(splat(triangles.bound[i]))) {
+        for (int k = 0; k < 3; ++k) {
+            const float most_minus_c = kMissBound * triangles.bound[i] - triangles.c[k][i];
+            edges_[k] = {splat(triangles.a[k][i]), splat(triangles.b[k][i]),
+                         splat(triangles.most_c[k][i]), splat(most_minus_c)};
+        }
+        const float gradient = std::abs(triangles.depth_a[i]) + std::abs(triangles.depth_b[i]);
+        depth_a_ = splat(triangles.depth_a[i]);
+        depth_b_ = splat(triangles.depth_b[i]);
+        most_q_ = splat(triangles.most_q[i] + kBlockGradient * gradient);
+    }
+
+    /// The blocks whose rays all end before they reach the triangle: block_q is the least 1/z of
+    /// their ends. As certainly_misses() for a ray; kBlockGradient of the gradient covers a
+    /// rectangle's middle and half extent and four partial sums (lab/proofs/packet_any.g).
+    HWY_INLINE Mask is_beyond(const MiddleRectangles& r, FloatVec block_q) const {
+        const FloatVec middle = mul_add(depth_a_, r.x, mul_add(depth_b_, r.y, most_q_));
+        const FloatVec most =
+            mul_add(abs(depth_a_), r.half_x, mul_add(abs(depth_b_), r.half_y, middle));
+        return most < block_q;
+    }
+
+    /// The rectangles of which no ray hits the triangle.
+    HWY_INLINE Mask excludes(const MiddleRectangles& r) const {
+        const FloatVec high =
+            min3(edges_[0].highest(r), edges_[1].highest(r), edges_[2].highest(r));
+        if constexpr (kOriented) return high < limit_;
+        const FloatVec low = min3(edges_[0].lowest(r), edges_[1].lowest(r), edges_[2].lowest(r));
+        return (high < limit_) & (low < limit_);
+    }
+
+private:
+    EdgeRange edges_[3];
+    FloatVec limit_;
+    FloatVec depth_a_, depth_b_, most_q_;
+};
+
+/// The triangles of a leaf that their edges do not exclude from a rectangle, as bits: Outline for
+/// all triangles at once.
+HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
+                                           const PlaneRectangle& rectangle) {
+    const MiddleRectangles r{RectangleLanes(rectangle)};
+    std::uint32_t below = 0;
+    std::uint32_t above = 0;
+    for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        const FloatVec bound = load(triangles.bound + l);
+        const FloatVec limit = EdgeRange::limit(bound);
+        FloatVec high[3], low[3];
+        for (int k = 0; k < 3; ++k) {
+            const FloatVec most_minus_c = splat(kMissBound) * bound - load(triangles.c[k] + l);
+            const EdgeRange edge = {load(triangles.a[k] + l), load(triangles.b[k] + l),
+                                    load(triangles.most_c[k] + l), most_minus_c};
+            high[k] = edge.highest(r);
+            low[k] = edge.lowest(r);
+        }
+        below |= bits_of(min3(high[0], high[1], high[2]) < limit) << l;
+        above |= bits_of(min3(low[0], low[1], low[2]) < limit) << l;
+    }
+    return ~(below & (above | ~triangles.unoriented));
+}
+
+/// The bounds of a vector of blocks.
+HWY_INLINE MiddleRectangles rectangles_of(const LightPacket& packet, std::size_t block) {
+    return MiddleRectangles(RectangleLanes(packet.blocks, block));
+}
+
+/// The blocks of a group that reach an oriented triangle, or may, as bits.
+HWY_INLINE std::uint32_t blocks_reaching(const LightPacket& packet, const Outline<true>& outline,
+                                         std::uint32_t group) {
+    std::uint32_t reaching = 0;
+    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+        const std::size_t block = group * kGroupBlocks + l;
+        const Mask is_beyond =
+            outline.is_beyond(rectangles_of(packet, block), load(packet.block_q + block));
+        reaching |= bits_of(!is_beyond) << l;
+    }
+    return reaching;
+}
+
+/// The blocks of a group that an outline does not exclude, as bits.
+template <bool kOriented>
+HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet,
+                                        const Outline<kOriented>& outline, std::uint32_t group) {
+    std::uint32_t through = 0;
+    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+        const std::size_t block = group * kGroupBlocks + l;
+        const Mask outside = outline.excludes(rectangles_of(packet, block));
+        through |= bits_of(!outside) << l;
+    }
+    return through;
+}
+
+/// The groups that meet a rectangle and that an outline does not exclude, as bits.
+template <bool kOriented>
+HWY_INLINE std::uint32_t groups_through(const LightPacket& packet,
+                                        const Outline<kOriented>& outline,
+                                        const RectangleLanes& rectangle) {
+    std::uint32_t through = 0;
+    const std::size_t end =
+        packet.regrouped_count == 0 ? kLightPacketGroups / 2 : kLightPacketGroups;
+    for (std::size_t l = 0; l < end; l += kLanes) {
+        const RectangleLanes own(packet.groups, l);
+        const Mask outside = outline.excludes(MiddleRectangles(own));
+        through |= bits_of(and_not(outside, rectangle.meets(own))) << l;
+    }
+    return through;
+}
+
+// ---- 4. Leaves
+
+/// Appends the numbers of the bits of a mask, bit 0 being `first`, behind `count` numbers. Returns
+/// how many numbers there are then. `numbers` has room for 15 more than are appended. Targets that
+/// can compress a vector have no branch on the mask: the work on a number takes less time than a
+/// mispredicted branch.
+HWY_INLINE std::size_t append_bits(std::uint32_t* numbers, std::size_t count, std::uint32_t first,
+                                   std::uint32_t mask) {
+#if HWY_TARGET <= HWY_AVX3
+    const UintVec all = hn::Iota(kUints, 0) + splat(first);
+    store_unaligned(hn::Compress(all, uint_mask(mask_of(mask))), numbers + count);
+    return count + hwy::PopCount(mask);
+#else
+    for (; mask != 0; mask &= mask - 1) numbers[count++] = first + first_bit(mask);
+    return count;
+#endif
+}
+
+/// 1 / tfar in z lies between 1 - kEndError and 1 + kEndError times the computed value, so q_lower
+/// times this is an upper bound of it: 2 kEndError, and 2^-20 for rounding.
+inline constexpr float kUpperByLower = 1 + 2 * kEndError + 0x1p-20f;
+
+/// Marks the rays of a packet that leaves occlude.
+class LeafOcclusion {
+public:
+    explicit LeafOcclusion(LightPacket& packet) : packet_(packet) {}
+
+    /// Tests a leaf, whose box is seen in a rectangle and no nearer than q, against some quads.
+    HWY_INLINE void trace(const Leaf& leaf, const PlaneRectangle& rectangle, float q,
+                          const QuadSet& quads) {
+        std::size_t count = group_blocks(rectangle, q, quads);
+        if (count <= kFewBlocks) count = keep_blocks(RaysWithin(packet_, rectangle, q));
+        if (count == 0) return;
+        const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, triangles_);
+        const std::uint32_t unoriented = alive & triangles_.unoriented;
+        const std::uint32_t oriented = alive & ~unoriented;
+        const std::uint32_t one_by_one = triangles_for_many(oriented, count);
+        if (one_by_one != oriented) {
+            list_blocks();
+            for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
+                const std::size_t end = std::min(begin + kBlocksAtOnce, count);
+                trace_items(leaf, list_items(oriented & ~one_by_one, begin, end));
+            }
+        }
+        if (one_by_one != 0) trace_triangles(leaf, one_by_one);
+        if (HWY_UNLIKELY(unoriented != 0)) trace_unoriented(leaf, unoriented);
+    }
+
+private:
+    /// The first quad of each group that has some, as bits.
+    static HWY_INLINE std::uint64_t groups_of(std::uint64_t quads) {
+        const std::uint64_t pairs = quads | quads >> 1;
+        return (pairs | pairs >> 2) & 0x1111111111111111;
+    }
+
+    static constexpr std::size_t kBlocksAtOnce = 64;
+
+    /// With more blocks than this, testing their rays costs more than it saves
+    /// (lab/notes/cpu_tracer.md).
+    static constexpr std::size_t kFewBlocks = 16;
+
+    /// With more blocks than this for each triangle, triangles are taken one by one.
+    static constexpr std::size_t kManyBlocks = 6;
+
+    /// A triangle that meets more blocks than this is larger than they are, so that its edges
+    /// exclude some.
+    static constexpr std::size_t kManyOfTriangle = 8;
+
+    /// Triangles that are taken one by one are listed until they have this many blocks.
+    static constexpr std::size_t kListedBlocks = 256;
+
+    /// The triangles that are taken one by one, as bits.
+    HWY_INLINE std::uint32_t triangles_for_many(std::uint32_t oriented, std::size_t blocks) const {
+        if (blocks > kManyBlocks * hwy::PopCount(oriented)) return oriented;
+        return blocks > kManyOfTriangle ? oriented & triangles_.behind : 0;
+    }
+
+    /// Finds grouped_: the blocks of some quads that a rectangle and a hit at 1/z <= q may concern.
+    /// Returns their number.
+    HWY_INLINE std::size_t group_blocks(const PlaneRectangle& rectangle, float q,
+                                        const QuadSet& quads) {
+        const RectangleLanes own(rectangle);
+        std::size_t count = 0;
+        grouped_.groups = 0;
+        for (std::uint32_t word = 0; word < 2; ++word) {
+            for (std::uint64_t groups = groups_of(quads.words[word]); groups != 0;
+                 groups &= groups - 1) {
+                const std::uint32_t group =
+                    (64 * word + first_bit(groups)) / (kGroupBlocks / kQuadBlocks);
+                const std::uint32_t blocks = blocks_in(packet_, own, q, group);
+                grouped_.groups |= (blocks != 0 ? 1u : 0u) << group;
+                grouped_.of_group[group] = blocks;
+                count += hwy::PopCount(blocks);
+            }
+        }
+        return count;
+    }
+
+    /// Keeps the blocks of grouped_ that have such rays: blocks spread more widely than their rays
+    /// lie. Returns their number.
+    HWY_INLINE std::size_t keep_blocks(const RaysWithin& rays) {
+        std::size_t count = 0;
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
+            const std::uint32_t group = first_bit(rest);
+            std::uint32_t kept = 0;
+            for (std::uint32_t blocks = grouped_.of_group[group]; blocks != 0;
+                 blocks &= blocks - 1) {
+                const std::uint32_t block = first_bit(blocks);
+                if (rays.any_of_block(group * kGroupBlocks + block)) kept |= blocks & -blocks;
+            }
+            grouped_.of_group[group] = kept;
+            if (kept == 0) grouped_.groups &= ~(rest & -rest);
+            count += hwy::PopCount(kept);
+        }
+        return count;
+    }
+
+    /// Lists the blocks of grouped_ in blocks_.
+    HWY_INLINE void list_blocks() {
+        std::size_t count = 0;
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
+            const std::uint32_t group = first_bit(rest);
+            count = append_bits(blocks_, count, group * kGroupBlocks, grouped_.of_group[group]);
+        }
+    }
+
+    /// Lists in items_ the items of blocks_[begin, end) and the triangles that meet them. Returns
+    /// their number.
+    HWY_INLINE std::size_t list_items(std::uint32_t alive, std::size_t begin, std::size_t end) {
+        std::size_t count = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t block = blocks_[k];
+            count = append_bits(items_, count, block * kLeafTriangles,
+                                alive & triangles_at(packet_, triangles_, block));
+        }
+        return count;
+    }
+
+    /// Traces the listed items. Most triangles belong to the surface that the rays end at, so the
+    /// items that do not certainly miss are collected first.
+    HWY_INLINE void trace_items(const Leaf& leaf, std::size_t count) {
+        std::size_t uncertain = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint32_t item = items_[k];
+            items_[uncertain] = item;
+            const MissPlanes planes(triangles_, item % kLeafTriangles);
+            uncertain += certainly_misses(packet_, planes, item / kLeafTriangles) ? 0 : 1;
+        }
+        for (std::size_t k = 0; k < uncertain; ++k)
+            occlude(leaf, items_[k] / kLeafTriangles, items_[k] % kLeafTriangles);
+    }
+
+    /// Blocks of each group.
+    struct GroupedBlocks {
+        std::uint32_t groups;  // those with blocks, as bits
+        std::uint32_t of_group[kLightPacketGroups];
+    };
+
+    /// The bounds of all groups of grouped_.
+    HWY_INLINE PlaneRectangle around_groups() const {
+        PlaneRectangle r = PlaneRectangle::none();
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1)
+            r.add(packet_.groups[first_bit(rest)]);
+        return r;
+    }
+
+    /// Traces triangles one by one, each against all its blocks, so that its planes are read once.
+    HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t alive) {
+        alive &= triangles_through(triangles_, around_groups());
+        while (alive != 0) alive = trace_some(leaf, alive);
+    }
+
+    /// Traces the first of some triangles, until these have kListedBlocks blocks. Returns the
+    /// others. The blocks of all are listed before any is tested, so that no test waits for its
+    /// block's number.
+    HWY_INLINE std::uint32_t trace_some(const Leaf& leaf, std::uint32_t alive) {
+        /// A triangle whose blocks end before blocks_[end].
+        struct Listed {
+            std::uint32_t triangle, end;
+        };
+        Listed listed[kLeafTriangles];
+        std::size_t listed_count = 0;
+        std::size_t count = 0;
+        for (; alive != 0 && count <= kListedBlocks; alive &= alive - 1) {
+            const std::uint32_t i = first_bit(alive);
+            count = list_blocks_of<true>(i, count);
+            listed[listed_count++] = {i, static_cast<std::uint32_t>(count)};
+        }
+        std::size_t k = 0;
+        for (std::size_t r = 0; r < listed_count; ++r) {
+            const std::size_t begin = k;
+            std::size_t uncertain = begin;
+            const MissPlanes planes(triangles_, listed[r].triangle);
+            for (; k < listed[r].end; ++k) {
+                const std::uint32_t block = blocks_[k];
+                blocks_[uncertain] = block;
+                uncertain += certainly_misses(packet_, planes, block) ? 0 : 1;
+            }
+            for (std::size_t m = begin; m < uncertain; ++m)
+                occlude(leaf, blocks_[m], listed[r].triangle);
+        }
+        return alive;
+    }
+
+    /// Traces unoriented triangles one by one.
+    HWY_NOINLINE void trace_unoriented(const Leaf& leaf, std::uint32_t unoriented) {
+        unoriented &= triangles_through(triangles_, around_groups());
+        for (; unoriented != 0; unoriented &= unoriented - 1) {
+            const std::uint32_t i = first_bit(unoriented);
+            const std::size_t count = list_blocks_of<false>(i, 0);
+            for (std::size_t k = 0; k < count; ++k) occlude_unoriented(leaf, blocks_[k], i);
+        }
+    }
+
+    /// Lists in blocks_, behind `count` others, those of grouped_ that triangle i meets. Returns
+    /// how many there are then.
+    template <bool kOriented>
+    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::size_t count) {
+        const RectangleLanes rectangle(triangles_.rectangles[i]);
+        const float q = triangles_.q[i];
+        const Outline<kOriented> outline(triangles_, i);
+        const std::uint32_t groups = grouped_.groups & groups_through(packet_, outline, rectangle);
+        std::uint32_t of_group[kLightPacketGroups];
+        std::size_t found = 0;
+        for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
+            const std::uint32_t group = first_bit(rest);
+            of_group[group] = grouped_.of_group[group] & blocks_in(packet_, rectangle, q, group);
+            if constexpr (kOriented) of_group[group] &= blocks_reaching(packet_, outline, group);
+            found += hwy::PopCount(of_group[group]);
+        }
+        const bool by_edges = !kOriented || found > kManyOfTriangle;
+        for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
+            const std::uint32_t group = first_bit(rest);
+            std::uint32_t blocks = of_group[group];
+            if (by_edges) blocks &= blocks_through(packet_, outline, group);
+            count = append_bits(blocks_, count, group * kGroupBlocks, blocks);
+        }
+        return count;
+    }
+
+    /// Marks the rays of a block that triangle i occludes. A ray outside the triangle's rectangle
+    /// does not hit it; the bounds do not hold there.
+    HWY_NOINLINE void occlude(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
+        const LightPlanes planes(triangles_, i);
+        const RectangleLanes rectangle(triangles_.rectangles[i]);
+        bool any = false;
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const std::size_t r = block * kBlockRays + l;
+            const FloatVec lower = load(packet_.q_lower + r);
+            const FloatVec upper = lower * splat(kUpperByLower);
+            const FloatVec x = load(packet_.x + r);
+            const FloatVec y = load(packet_.y + r);
+            const Mask in_rectangle = rectangle.holds(x, y);
+            const Position at(planes, x, y);
+            Mask occluded = in_rectangle & at.is_closer(planes, upper);
+            const Mask uncertain = and_not(occluded | at.is_rejected(planes, lower), in_rectangle);
+            if (HWY_UNLIKELY(!none(uncertain)))
+                occluded = occluded | mask_of(resolve(r, leaf, i, bits_of(uncertain)));
+            any |= !none(occluded);
+            store(select(occluded, splat(kDone), lower), packet_.q_lower + r);
+        }
+        if (any) update_depth(packet_, block);
+    }
+
+    /// Marks the rays of a block that the unoriented triangle i occludes.
+    HWY_INLINE void occlude_unoriented(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
+        const Planes planes(triangles_, i);
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const std::size_t r = block * kBlockRays + l;
+            const FloatVec lower = load(packet_.q_lower + r);
+            const Mask uncertain = planes.may_be_inside(load(packet_.x + r), load(packet_.y + r)) &
+                                   (lower < splat(kDone));
+            if (HWY_LIKELY(none(uncertain))) continue;
+            const Mask occluded = mask_of(resolve(r, leaf, i, bits_of(uncertain)));
+            if (none(occluded)) continue;
+            store(select(occluded, splat(kDone), lower), packet_.q_lower + r);
+            update_depth(packet_, block);
+        }
+    }
+
+    /// Applies the hit rule to triangle i and uncertain rays, `lanes` from r on. Returns the rays
+    /// that it occludes, as bits.
+    HWY_NOINLINE std::uint32_t resolve(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                       std::uint32_t lanes) const {
+        FloatVec dir[3], tfar;
+        load_rays(rays_of(packet_, r / kBlockRays), r % kBlockRays, dir, tfar);
+        lanes::TriangleHit hits;
+        const lanes::ShearedRay rays =
+            lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));
+        return bits_of(intersect_triangles(rays, same_triangle(leaf, i), tfar, lanes, hits));
+    }
+
+    LightPacket& packet_;
+    LightTriangles triangles_;
+    GroupedBlocks grouped_;
+    std::uint32_t blocks_[kListedBlocks + kAllLightPacketBlocks + 15];
+    std::uint32_t items_[kBlocksAtOnce * kLeafTriangles + 15];
+};
+
+// ---- 5. The tree
+
+/// Marks the occluded rays of a packet as done. A quad takes one comparison with a box instead of
+/// four for its blocks. Boxes that concern few quads are compared with their rays, too: where
+/// triangles are small as the light sees them, most boxes lie between the rays. Only leaves test
+/// blocks.
+class alignas(kPage) LightPacketTracer {
+public:
+    /// The quads that a box may concern, and the rectangle that the box is seen in.
+    struct ActiveRays {
+        QuadSet quads;
+        PlaneRectangle rectangle;
+    };
+
+    explicit LightPacketTracer(LightPacket& packet) : packet_(packet), occlusion_(packet) {}
+
+    static ActiveRays all() { return {{{kAllBlocks, kAllBlocks}}, PlaneRectangle::whole()}; }
+    const PacketFrame& frame() const { return packet_.frame; }
+
+    HWY_INLINE bool narrow(float q, bool is_node, ActiveRays& active) const {
+        active.quads = quads_beyond(packet_, q, active.quads);
+        if (is_node && has_few(active))
+            active.quads = RaysWithin(packet_, active.rectangle, q).quads(active.quads);
+        return active.quads.any();
+    }
+
+    HWY_INLINE std::uint32_t find_active(const NodeChildren& children, std::uint32_t slots,
+                                         const ActiveRays& active, ActiveRays* active_at) const {
+        const Rectangles& r = children.rectangles;
+        QuadSet quads_of[kWidth];
+        std::uint32_t kept = 0;
+        if (has_few(active)) {
+            kept = few_quads_in(packet_, r, children.q, slots, active.quads, quads_of);
+        } else {
+            for (; slots != 0; slots &= slots - 1) {
+                const std::uint32_t slot = first_bit(slots);
+                const RectangleLanes box(r[slot]);
+                quads_of[slot] = quads_in(packet_, box, children.q[slot], active.quads);
+                kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
+            }
+        }
+        for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
+            const std::uint32_t slot = first_bit(rest);
+            active_at[slot] = {quads_of[slot], r[slot]};
+        }
+        return kept;
+    }
+
+    HWY_INLINE bool visit_leaf(const Leaf& leaf, float q, const ActiveRays& active) {
+        occlusion_.trace(leaf, active.rectangle, q, active.quads);
+        return true;
+    }
+
+private:
+    static HWY_INLINE bool has_few(const ActiveRays& active) {
+        return active.quads.count() <= kFewQuads;
+    }
+
+    LightPacket& packet_;
+    LeafOcclusion occlusion_;
+};
+
+/// Marks the occluded rays of a packet as done.
+HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
+    LightPacketTracer tracer(packet);
+    PacketTraversal<LightPacketTracer> traversal(bvh, tracer);
+    if (traversal.start(LightPacketTracer::all())) traversal.run();
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target
