@@ -9,11 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/queries/all_hits-inl.h"
-#include "cpu/queries/closest_search-inl.h"
-#include "cpu/queries/points-inl.h"
-#include "cpu/queries/winding_bundle-inl.h"
-#include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/queries/tree_queries-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

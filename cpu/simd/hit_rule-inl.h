@@ -7,8 +7,6 @@
 #define MORPHRAY_CPU_SIMD_HIT_RULE_INL_H
 #endif
 
-#include <hwy/highway.h>
-
 #include <cstdint>
 
 #include "common/interop/bvh_layout.h"
@@ -18,62 +16,74 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
 
-/// The exact path of intersect_triangle, or of cross_triangle, for vertices with rotated axes.
-HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, FloatVec tnear, FloatVec tfar,
-                                  const lanes::Float3& a, const lanes::Float3& b,
-                                  const lanes::Float3& c, lanes::TriangleHit& hit,
-                                  Crossing crossing = Crossing::kEach) {
+/// Where rays may hit, and which crossings count.
+struct HitRange {
+    FloatVec tnear, tfar;
+    Crossing crossing = Crossing::kEach;
+};
+
+/// The vertices of a triangle.
+struct TriangleCorners {
+    lanes::Float3 a, b, c;
+};
+
+/// The edge functions of the fast path, and the depths of the vertices.
+struct FastTriangle {
+    lanes::Edges edges;
+    FloatVec za, zb, zc;
+};
+
+/// The exact path of intersect_triangle, or of cross_triangle.
+HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, const HitRange& range,
+                                  const TriangleCorners& t, lanes::TriangleHit& hit) {
+    const lanes::Float3 a = lanes::rotate_axes(t.a, s.axis);
+    const lanes::Float3 b = lanes::rotate_axes(t.b, s.axis);
+    const lanes::Float3 c = lanes::rotate_axes(t.c, s.axis);
     const lanes::Float3 pa = lanes::project_rotated(s, a);
     const lanes::Float3 pb = lanes::project_rotated(s, b);
     const lanes::Float3 pc = lanes::project_rotated(s, c);
     const lanes::Edges e = lanes::exact_edges(pa, pb, pc);
     Mask hits = lanes::exact_hit(s, e, pa.z, pb.z, pc.z, hit);
-    if (crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
-    return hits & lanes::is_in_range(hit.t, tnear, tfar) & lanes::finite_vertices(a, b, c);
+    if (range.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
+    return hits & lanes::is_in_range(hit.t, range.tnear, range.tfar) &
+           lanes::finite_vertices(a, b, c);
 }
 
-/// Those of the lanes `possible`, in which the ray may go through the triangle a, b, c, where it
-/// hits; t, u and v of other lanes are undefined. e: the edge functions of the fast path, which
-/// answers where it is certain, and za, zb and zc its depths. The exact path answers for the rest.
-HWY_INLINE Mask decide_hits(const lanes::ShearedRay& s, const lanes::Edges& e, FloatVec za,
-                            FloatVec zb, FloatVec zc, Mask possible, FloatVec tnear, FloatVec tfar,
-                            const lanes::Float3& a, const lanes::Float3& b, const lanes::Float3& c,
-                            lanes::TriangleHit& hit, Crossing crossing = Crossing::kEach) {
-    const Mask is_certain = lanes::weighted_hit(s, e, za, zb, zc, hit);
-    const Mask is_hit = lanes::surely_inside(s, e) & is_certain;
-    Mask hits = possible & is_hit & lanes::is_in_range(hit.t, tnear, tfar);
+/// Returns the lanes among `possible`, in which the ray may go through the triangle t, where it
+/// hits; t, u and v of other lanes are undefined. The fast path answers where it is certain, the
+/// exact path elsewhere.
+HWY_INLINE Mask decide_hits(const lanes::ShearedRay& s, const FastTriangle& fast, Mask possible,
+                            const HitRange& range, const TriangleCorners& t,
+                            lanes::TriangleHit& hit) {
+    const Mask is_certain = lanes::weighted_hit(s, fast.edges, fast.za, fast.zb, fast.zc, hit);
+    const Mask is_hit = lanes::surely_inside(s, fast.edges) & is_certain;
+    Mask hits = possible & is_hit & lanes::is_in_range(hit.t, range.tnear, range.tfar);
     const Mask uncertain = and_not(is_hit, possible);
     if (!none(uncertain)) {
         lanes::TriangleHit exact;
-        const Mask exact_hits = intersect_exactly(s, tnear, tfar, lanes::rotate_axes(a, s.axis),
-                                                  lanes::rotate_axes(b, s.axis),
-                                                  lanes::rotate_axes(c, s.axis), exact, crossing);
+        const Mask exact_hits = intersect_exactly(s, range, t, exact);
         hits = hits | (uncertain & exact_hits);
         hit.t = select(uncertain, exact.t, hit.t);
         hit.u = select(uncertain, exact.u, hit.u);
         hit.v = select(uncertain, exact.v, hit.v);
     }
-    return hits & lanes::finite_vertices(a, b, c);
+    return hits & lanes::finite_vertices(t.a, t.b, t.c);
 }
 
-/// Those of the active lanes in which the ray hits the triangle; t, u and v of other lanes are
+/// Returns the active lanes in which the ray hits the triangle; t, u and v of other lanes are
 /// undefined.
-HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& s, Mask active, FloatVec tnear,
-                                    FloatVec tfar, const lanes::Float3& a, const lanes::Float3& b,
-                                    const lanes::Float3& c, lanes::TriangleHit& hit) {
+HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& s, Mask active, const HitRange& range,
+                                    const TriangleCorners& t, lanes::TriangleHit& hit) {
     const auto project = [&s](const lanes::Float3& v) HWY_ATTR {
         return lanes::project_rotated_fast(s, lanes::rotate_axes(v, s.axis));
     };
-    const lanes::Float3 pa = project(a), pb = project(b), pc = project(c);
-    const lanes::Edges e = lanes::fast_edges(pa, pb, pc);
-    return decide_hits(s, e, pa.z, pb.z, pc.z, active & lanes::may_be_inside(e), tnear, tfar, a, b,
-                       c, hit);
+    const lanes::Float3 pa = project(t.a), pb = project(t.b), pc = project(t.c);
+    const FastTriangle fast{lanes::fast_edges(pa, pb, pc), pa.z, pb.z, pc.z};
+    return decide_hits(s, fast, active & lanes::may_be_inside(fast.edges), range, t, hit);
 }
 
-// The fast path of the hit rule for hits that are nearly certain, and the values of a leaf at the
-// vertices of its triangles.
+// ---- Packets
 
 /// Looks up values of a leaf's sixteen vertices for the three vertices of some of its triangles,
 /// given their packed local vertex indices.
@@ -154,10 +164,8 @@ private:
     HWY_INLINE FloatVec sum() const { return sum3(size[0], size[1], size[2]); }
 };
 
-// The hit rule for those rays of a packet that its bounds leave uncertain: lanes are rays, with one
-// triangle for all of them or one triangle each.
-
-/// Triangles, a lane each. corner[k][axis] are the coordinates of corner k.
+/// Triangles of rays that the bounds of a packet leave uncertain, a lane each. corner[k][axis] are
+/// the coordinates of corner k.
 struct TriangleLanes {
     FloatVec corner[3][3];
     UintVec prim_ids;
@@ -188,9 +196,10 @@ HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
 /// Returns which of the lanes are hit from tnear = 0 up to tfar, and sets where.
 HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& rays, const TriangleLanes& triangles,
                                     FloatVec tfar, std::uint32_t lanes, lanes::TriangleHit& hits) {
-    return intersect_triangles(
-        rays, mask_of(lanes), zero(), tfar, lanes::Float3(triangles.corner[0]),
-        lanes::Float3(triangles.corner[1]), lanes::Float3(triangles.corner[2]), hits);
+    const TriangleCorners corners{lanes::Float3(triangles.corner[0]),
+                                  lanes::Float3(triangles.corner[1]),
+                                  lanes::Float3(triangles.corner[2])};
+    return intersect_triangles(rays, mask_of(lanes), {zero(), tfar}, corners, hits);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -8,8 +8,6 @@
 #define MORPHRAY_CPU_SIMD_LANES_INL_H
 #endif
 
-#include <hwy/highway.h>
-
 #include <cstdint>
 
 #include "common/interop/camera.h"

@@ -13,7 +13,7 @@ inline constexpr float kUnfusedDilation = 0x3p-24f;
 /// Checked: lab/proofs/near.g.
 inline constexpr float kFusedSlabRounding = 0x1.000006p0f;
 
-// ---- Closest triangles (cpu/queries/{nearest_vertex,closest_search}-inl.h, lab/proofs/closest.g)
+// ---- Closest triangles (cpu/queries/tree_queries-inl.h, lab/proofs/closest.g)
 
 /// The roundings of the bound by the nearest vertex; its squared error, as a part of that of the
 /// largest coordinate, and the least.

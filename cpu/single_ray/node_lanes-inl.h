@@ -39,7 +39,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
 
 /// Vector v of the planes at this many bytes into the node.
 HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_t v) {
@@ -146,7 +145,7 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
 // 6. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
 //    exit below 0.
 //
-// The rays that remain are tested as in cpu/single_ray/node_lanes-inl.h.
+// The rays that remain are tested as one ray is.
 
 /// For each axis the ends of org +- D and of rdir over the rays, and the offset of the near planes.
 struct RayBundle {
@@ -270,8 +269,8 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
     }
     for (std::uint32_t left = slots; left != 0; left &= left - 1) met[std::countr_zero(left)] = 0;
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
-        const auto asked = static_cast<std::uint32_t>(rays >> first & kLaneBits);
-        if (asked == 0) continue;
+        const auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        if (active == 0) continue;
         FloatVec rdir[3];
         FloatVec rdir_far[3];
         FloatVec k_near[3];
@@ -292,7 +291,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
                 enter = max(enter, mul_sub(splat(near[axis][slot]), rdir[axis], k_near[axis]));
                 leave = min(leave, mul_sub(splat(far[axis][slot]), rdir_far[axis], k_far[axis]));
             }
-            met[slot] |= std::uint64_t{bits_of(enter <= leave) & asked} << first;
+            met[slot] |= std::uint64_t{bits_of(enter <= leave) & active} << first;
         }
     }
 }

@@ -1,6 +1,7 @@
-// Rays as the single-ray tracer takes them, prepared a vector at a time, because preparing them one
-// by one is a large part of the time of ambient-occlusion rays. Then a value is loaded for as many
-// rays as there are lanes, or broadcast for one.
+// Rays as the single-ray tracer reads them, prepared a vector at a time, because preparing them one
+// by one takes much of the time of ambient-occlusion rays. Then a value is loaded for as many rays
+// as there are lanes, or broadcast for one. Last, a batch of rays is ordered by octants into
+// streams.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
@@ -24,7 +25,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
 
 // Rays that are traced together; lab/notes/cpu_tracer.md has the figures.
 inline constexpr std::size_t kStreamRays = 64;
@@ -61,7 +61,7 @@ struct alignas(64) RayStream {
     // dir.x / dir.z and dir.y / dir.z of sheared_dir, to some ulp.
     float slope[2][kStreamRays];
     // The |z| relative to the origin between which a triangle is certainly in range
-    // (cpu/single_ray/leaf_lanes-inl.h), none if certain_to is negative; and from which on
+    // (cpu/single_ray/leaf-inl.h), none if certain_to is negative; and from which on
     // it is certainly beyond tfar.
     float certain_from[kStreamRays];
     float certain_to[kStreamRays];

@@ -16,17 +16,14 @@
 #include <hwy/highway.h>
 
 #include "cpu/single_ray/ray_stream-inl.h"
-#include "cpu/single_ray/stream_closest-inl.h"
-#include "cpu/single_ray/stream_occluded-inl.h"
 #include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
 
 // Batches of at most this many rays are traced ray by ray, unless they are alike: a stream of them
-// costs more time than it saves (lab/notes/cpu_tracer.md has the figures).
+// costs more time than it saves (lab/notes/cpu_tracer.md).
 inline constexpr std::size_t kAloneIntersected = kTogetherAtNode;
 inline constexpr std::size_t kAloneOccluded = kLanes < 16 ? 4 : 6;
 

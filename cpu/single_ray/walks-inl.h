@@ -1,10 +1,9 @@
-// The walks of rays down the tree: one ray or up to 64 together, front to back or in any order.
-//
-// Rays of one octant go down together with a mask of rays for each entry of the stack: a node's
-// boxes are tested first for all rays at once and then for each ray
-// (cpu/single_ray/node_lanes-inl.h). Front to back, an entry has a bound of the least depth of hits
-// in its box. Rays whose last_depth is before it leave the mask when the entry is taken: a hit in
-// the box would not be closer, nor as close.
+// The traversals of single rays. In order:
+//   1. one ray, front to back or in any order; rays of one octant together
+//   2. one ray by itself
+//   3. closest hits of rays that have left a stream, many of them in turn
+//   4. closest hits of a stream of up to 64 rays of one octant
+//   5. any hits of such a stream
 #if defined(MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H
@@ -18,18 +17,20 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <span>
 #include <utility>
 
 #include "common/bvh/bvh.h"
-#include "cpu/single_ray/closest_leaf-inl.h"
-#include "cpu/single_ray/leaf_hit_rule-inl.h"
+#include "cpu/single_ray/leaf-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
+
+// ---- 1. The tree
 
 /// Inserts an entry into those of [base, size), which are sorted by t_least, the nearest last.
 template <class Entry>
@@ -156,40 +157,44 @@ HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std:
                        [&](std::uint32_t leaf) HWY_ATTR { visit_leaf(bvh.leaves[leaf]); });
 }
 
-/// Takes the first `count` rays of a stream, of one octant, down the tree together. `walk` has
+/// Takes the first `count` rays of a stream, of one octant, down the tree together, with a mask of
+/// rays for each entry of the stack. A node's boxes are tested first for all rays at once and then
+/// for each ray (cpu/single_ray/node_lanes-inl.h). Front to back, an entry has a bound of the least
+/// depth of hits in its box. Rays whose last_depth is before it leave the mask when the entry is
+/// popped: a hit in the box would not be closer, nor as close. `tracer` has
 ///   kFrontToBack              whether the nearest child comes first, or children in any order
 ///   last_depths()             the depth up to which each ray looks for hits; any order: last_depth
-///   rays_left(rays, t_least)  those among the rays that look for hits from t_least on
+///   rays_left(rays, t_least)  the rays that look for hits from t_least on
 ///   stay_together(rays)       whether rays go on together below a node
-///   part(rays, child)         takes over those that do not, below this child
+///   trace_apart(rays, child)  traces rays below this child that do not
 ///   visit_leaf(rays, leaf)
-template <class Walk>
-HWY_INLINE void walk_together(const Bvh& bvh, const RayStream& stream, std::size_t count,
-                              Walk& walk) {
+template <class Tracer>
+HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::size_t count,
+                                  Tracer& tracer) {
     struct Entry {
         std::uint64_t rays;
         std::uint32_t child;
         float t_least;
     };
     const RayBundle bundle = bundle_of(stream, count);
-    const float* const last = walk.last_depths();
+    const float* const last = tracer.last_depths();
     float farthest = largest_of(last, count);
     Entry stack[kMaxStack];
     stack[0] = {~std::uint64_t{0} >> (kStreamRays - count), 0, 0};
     for (std::size_t size = 1; size > 0;) {
         const Entry entry = stack[--size];
-        const std::uint64_t rays = walk.rays_left(entry.rays, entry.t_least);
+        const std::uint64_t rays = tracer.rays_left(entry.rays, entry.t_least);
         if (rays == 0) continue;
         if ((entry.child & kLeafBit) != 0) {
-            walk.visit_leaf(rays, bvh.leaves[entry.child & ~kLeafBit]);
+            tracer.visit_leaf(rays, bvh.leaves[entry.child & ~kLeafBit]);
             continue;
         }
-        if (!walk.stay_together(rays)) {
-            walk.part(rays, entry.child);
+        if (!tracer.stay_together(rays)) {
+            tracer.trace_apart(rays, entry.child);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];
-        if constexpr (Walk::kFrontToBack) farthest = largest_of(last, count);
+        if constexpr (Tracer::kFrontToBack) farthest = largest_of(last, count);
         FloatVec least[kVectors];
         HWY_ALIGN float t_least[kWidth];
         std::uint32_t slots = near_slots(bundle, farthest, node, least);
@@ -200,7 +205,7 @@ HWY_INLINE void walk_together(const Bvh& bvh, const RayStream& stream, std::size
         const std::size_t base = size;
         for (; slots != 0; slots &= slots - 1) {
             const int slot = std::countr_zero(slots);
-            if constexpr (Walk::kFrontToBack) {
+            if constexpr (Tracer::kFrontToBack) {
                 if (met[slot] == 0) continue;
                 insert_sorted(stack, base, size++,
                               Entry{met[slot], node.child[slot], t_least[slot]});
@@ -213,8 +218,8 @@ HWY_INLINE void walk_together(const Bvh& bvh, const RayStream& stream, std::size
     }
 }
 
-// One ray by itself: prepared without vectors, because a vector of one ray takes as long as a full
-// one, and traced one node after the other.
+// ---- 2. One ray by itself: prepared without vectors, because a vector of one ray takes as long as
+// a full one, and traced one node after the other.
 
 /// a * b + c as mul_add() rounds it.
 HWY_INLINE float mul_add_one(float a, float b, float c) {
@@ -238,8 +243,8 @@ HWY_INLINE void prepare_slab_of_one(RayStream& stream, std::uint32_t axis, float
     stream.near_offset[axis][0] = 2 * kPlaneBytes * axis + (rdir < 0 ? kPlaneBytes : 0);
 }
 
-/// Sets what closest hits ask of ray 0 of a stream that is alone in it, with the bits of
-/// prepare_rays(). Only vectors of rays ask for org, dir and the slopes.
+/// Sets what closest hits need of ray 0 of a stream that is alone in it, with the bits of
+/// prepare_rays(). Only vectors of rays need org, dir and the slopes.
 HWY_INLINE void prepare_one(RayStream& stream, const Ray& ray) {
     const float least = mray::least_dilation(ray.org);
     for (std::uint32_t axis = 0; axis < 3; ++axis)
@@ -326,6 +331,429 @@ HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
     if (stream.axis[0] == 1) return occluded_along<1>(bvh, stream);
     return occluded_along<2>(bvh, stream);
 }
+
+// ---- 3. Rays that go on alone, with the 16 boxes of a node or the triangles of a leaf for lanes.
+// Many take steps in turn, so that none waits for one node to know the next: each round pops an
+// entry off every ray's stack, tests all nodes among them, then all leaves, in loops without a
+// branch that depends on data.
+//
+// A stack holds (key, child), the nearest on top. A key is the bits of t_least, which is not
+// negative, rounded down to a multiple of 16 ulp, plus the slot: keys order as the floats do, and
+// rounding down loses no box. Up to 16 children replace a node on the stack of a ray, so kMaxStack
+// entries suffice (docs/design/layout.md), and up to 8 are written beyond the last.
+
+#undef MORPHRAY_SORTED_IN_VECTORS
+#if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
+#define MORPHRAY_SORTED_IN_VECTORS 1
+using FourTag = hn::FixedTag<std::uint32_t, 4>;
+using EightTag = hn::FixedTag<std::uint32_t, 8>;
+
+/// The first lanes of a vector, and a vector that begins with these lanes.
+HWY_INLINE hn::Vec<EightTag> first_lanes(EightTag d, UintVec v) { return hn::LowerHalf(d, v); }
+HWY_INLINE hn::Vec<FourTag> first_lanes(FourTag d, UintVec v) {
+    return hn::LowerHalf(d, first_lanes(EightTag(), v));
+}
+HWY_INLINE UintVec extended(hn::Vec<EightTag> v) { return hn::ZeroExtendVector(kUints, v); }
+HWY_INLINE UintVec extended(hn::Vec<FourTag> v) {
+    return extended(hn::ZeroExtendVector(EightTag(), v));
+}
+
+/// A layer of a sorting network: each lane and its partner are ordered, the larger one first.
+template <std::uint32_t... partners, class D>
+HWY_INLINE hn::Vec<D> sort_partners(D d, hn::Vec<D> v) {
+    alignas(32) static constexpr std::uint32_t kPartner[] = {partners...};
+    constexpr unsigned kIsSecond = [] {
+        unsigned bits = 0;
+        for (unsigned i = 0; i < sizeof...(partners); ++i) bits |= (kPartner[i] < i ? 1u : 0u) << i;
+        return bits;
+    }();
+    const std::uint8_t is_second[8] = {static_cast<std::uint8_t>(kIsSecond)};
+    const auto w = hn::TableLookupLanes(v, hn::SetTableIndices(d, kPartner));
+    return hn::IfThenElse(hn::LoadMaskBits(d, is_second), hn::Min(v, w), hn::Max(v, w));
+}
+
+/// Batcher's network for four numbers.
+HWY_INLINE hn::Vec<FourTag> sort_descending(FourTag d, hn::Vec<FourTag> v) {
+    v = sort_partners<1, 0, 3, 2>(d, v);
+    v = sort_partners<2, 3, 0, 1>(d, v);
+    return sort_partners<0, 2, 1, 3>(d, v);
+}
+
+/// Batcher's network for eight numbers.
+HWY_INLINE hn::Vec<EightTag> sort_descending(EightTag d, hn::Vec<EightTag> v) {
+    v = sort_partners<1, 0, 3, 2, 5, 4, 7, 6>(d, v);
+    v = sort_partners<2, 3, 0, 1, 6, 7, 4, 5>(d, v);
+    v = sort_partners<0, 2, 1, 3, 4, 6, 5, 7>(d, v);
+    v = sort_partners<4, 5, 6, 7, 0, 1, 2, 3>(d, v);
+    v = sort_partners<0, 1, 4, 5, 2, 3, 6, 7>(d, v);
+    return sort_partners<0, 2, 1, 4, 3, 6, 5, 7>(d, v);
+}
+#else
+#define MORPHRAY_SORTED_IN_VECTORS 0
+#endif
+
+/// Some rays of a stream, each below a child of the tree, which are traced together.
+class SingleRays {
+public:
+    static constexpr std::size_t kMost = 64;
+
+    bool has_room_for(std::size_t count) const { return count_ + count <= kMost; }
+
+    /// There is room. The same ray may be added several times.
+    HWY_INLINE void add(std::uint32_t ray, std::uint32_t child) {
+        assert(count_ < kMost);
+        paths_[count_].size = 1;
+        paths_[count_].ray = ray;
+        paths_[count_].key[0] = 0;
+        paths_[count_++].child[0] = child;
+    }
+
+    /// Finds the closest hits of all that were added, and removes them.
+    HWY_INLINE void intersect(const Bvh& bvh, const RayStream& stream, ClosestHits& closest) {
+        std::uint8_t left[kMost];
+        std::size_t count = std::exchange(count_, 0);
+        for (std::size_t i = 0; i < count; ++i) left[i] = static_cast<std::uint8_t>(i);
+        while (count > 0) {
+            Visits nodes, leaves;
+            for (std::size_t k = 0; k < count; ++k) {
+                Path& path = paths_[left[k]];
+                const std::size_t top = --path.size;
+                const auto t_least = std::bit_cast<float>(path.key[top] & ~kSlotBits);
+                const bool reached = t_least <= closest.last[path.ray];
+                const bool is_leaf = (path.child[top] & kLeafBit) != 0;
+                nodes.add(reached && !is_leaf, left[k], path.child[top]);
+                leaves.add(reached && is_leaf, left[k], path.child[top] & ~kLeafBit);
+            }
+            for (std::size_t k = 0; k < leaves.count; ++k)
+                prefetch(bvh.leaves[leaves.index[k]].vertex, sizeof(Leaf::vertex));
+            for (std::size_t k = 0; k < nodes.count; ++k)
+                push_children(stream, closest, bvh.nodes[nodes.index[k]], paths_[nodes.path[k]]);
+            for (std::size_t k = 0; k < leaves.count; ++k) {
+                intersect_leaf_alone(stream, paths_[leaves.path[k]].ray,
+                                     bvh.leaves[leaves.index[k]], closest);
+            }
+            std::size_t kept = 0;
+            for (std::size_t k = 0; k < count; ++k) {
+                left[kept] = left[k];
+                kept += paths_[left[k]].size != 0;
+            }
+            count = kept;
+        }
+    }
+
+private:
+    // The low bits of a key, which is a t_least rounded down, hold the slot.
+    static constexpr std::uint32_t kSlotBits = kWidth - 1;
+
+    /// A ray and its stack, nearest on top. Whole vectors are written beyond the last entry.
+    struct Path {
+        std::uint32_t key[kMaxStack + 8];
+        std::uint32_t child[kMaxStack + 8];
+        std::uint32_t ray;
+        std::uint32_t size;
+    };
+
+    /// The paths at a node, or at a leaf.
+    struct Visits {
+        std::uint8_t path[kMost];
+        std::uint32_t index[kMost];
+        std::size_t count = 0;
+
+        HWY_INLINE void add(bool is_one, std::uint8_t path_index, std::uint32_t at) {
+            path[count] = path_index;
+            index[count] = at;
+            count += is_one;
+        }
+    };
+
+#if MORPHRAY_SORTED_IN_VECTORS
+    /// Writes the keys and children in these slots, as many as there are lanes or fewer.
+    template <class D>
+    HWY_INLINE static void write_sorted(D d, const Node& node, std::uint32_t slots,
+                                        std::size_t count, FloatVec least, std::uint32_t* key,
+                                        std::uint32_t* child) {
+        const UintVec keys = (as_uint(least) & splat(~kSlotBits)) | hn::Iota(kUints, 0u);
+        const auto some = first_lanes(d, hn::Compress(keys, uint_mask(mask_of(slots))));
+        const auto sorted = sort_descending(d, hn::IfThenElseZero(hn::FirstN(d, count), some));
+        hn::StoreU(sorted, d, key);
+        const UintVec places = extended(sorted) & splat(kSlotBits);
+        const UintVec children =
+            hn::TableLookupLanes(load_unaligned(node.child), hn::IndicesFromVec(kUints, places));
+        hn::StoreU(first_lanes(d, children), d, child);
+    }
+#endif
+
+    HWY_INLINE static void push_children(const RayStream& stream, const ClosestHits& closest,
+                                         const Node& node, Path& path) {
+        FloatVec least[kVectors];
+        const std::uint32_t met = near_slots(stream, path.ray, closest.last[path.ray], node, least);
+        const auto count = static_cast<std::uint32_t>(std::popcount(met));
+        std::uint32_t* const key = path.key + path.size;
+        std::uint32_t* const child = path.child + path.size;
+        path.size += count;
+        assert(path.size <= kMaxStack);
+#if MORPHRAY_SORTED_IN_VECTORS
+        if (count <= 4) return write_sorted(FourTag(), node, met, count, least[0], key, child);
+        if (count <= 8) return write_sorted(EightTag(), node, met, count, least[0], key, child);
+#endif
+        HWY_ALIGN float t_least[kWidth];
+        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
+        std::size_t size = 0;
+        for (std::uint32_t slots = met; slots != 0; slots &= slots - 1) {
+            const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+            const std::uint32_t k =
+                (std::bit_cast<std::uint32_t>(t_least[slot]) & ~kSlotBits) | slot;
+            std::size_t place = size++;
+            for (; place > 0 && key[place - 1] < k; --place) {
+                key[place] = key[place - 1];
+                child[place] = child[place - 1];
+            }
+            key[place] = k;
+            child[place] = node.child[slot];
+        }
+    }
+
+    std::size_t count_ = 0;
+    Path paths_[kMost];
+};
+
+// ---- 4. Closest hits of a stream, which goes down the tree front to back. A leaf's triangles are
+// tested with rays for lanes. Where few rays are left they go on alone.
+
+// Rays go on together below a node if they are more than this many (lab/notes/cpu_tracer.md).
+inline constexpr std::size_t kTogetherAtNode = kLanes < 8 ? 4 : kLanes == 8 ? 8 : 16;
+// Fewer rays than these are traced one after the other.
+inline constexpr std::size_t kFewRays = 4;
+
+class ClosestStream {
+public:
+    /// rays[order[i]], of one octant: at least one and at most kStreamRays. They go on together
+    /// below a node if they are more than `together`, at most kTogetherAtNode.
+    HWY_INLINE ClosestStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order,
+                             std::size_t together = kTogetherAtNode)
+        : bvh_(bvh),
+          order_(order),
+          together_(together),
+          stream_(make_stream(rays, order)),
+          closest_(stream_, order.size()) {}
+
+    /// Sets hits[order[i]].
+    HWY_INLINE void intersect(Hit* hits) {
+        const std::size_t count = order_.size();
+        if (count > together_) {
+            traverse_together(bvh_, stream_, count, *this);
+            single_rays_.intersect(bvh_, stream_, closest_);
+        } else if (count >= kFewRays) {
+            for (std::uint32_t i = 0; i < count; ++i) single_rays_.add(i, 0);
+            single_rays_.intersect(bvh_, stream_, closest_);
+        } else {
+            for (std::size_t i = 0; i < count; ++i) intersect_ray(bvh_, stream_, i, closest_);
+        }
+        for (std::size_t i = 0; i < count; ++i) hits[order_[i]] = closest_.hit(i);
+    }
+
+    // For traverse_together().
+    static constexpr bool kFrontToBack = true;
+    HWY_INLINE const float* last_depths() const { return closest_.last; }
+    HWY_INLINE std::uint64_t rays_left(std::uint64_t rays, float t) const {
+        std::uint64_t left = 0;
+        for (std::size_t first = 0; first < kStreamRays; first += kLanes)
+            left |= std::uint64_t{bits_of(load(closest_.last + first) >= t)} << first;
+        return left & rays;
+    }
+    HWY_INLINE bool stay_together(std::uint64_t rays) const {
+        return static_cast<std::size_t>(std::popcount(rays)) > together_;
+    }
+    HWY_INLINE void trace_apart(std::uint64_t rays, std::uint32_t child) {
+        if (!single_rays_.has_room_for(kTogetherAtNode))
+            single_rays_.intersect(bvh_, stream_, closest_);
+        for (; rays != 0; rays &= rays - 1)
+            single_rays_.add(static_cast<std::uint32_t>(std::countr_zero(rays)), child);
+    }
+    HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
+        for_rays_of_leaf(
+            rays,
+            [&](std::size_t first, std::uint32_t active)
+                HWY_ATTR { intersect_leaf_together(stream_, first, active, leaf, closest_); },
+            [&](std::size_t ray) HWY_ATTR { intersect_leaf_alone(stream_, ray, leaf, closest_); });
+    }
+
+private:
+    const Bvh& bvh_;
+    std::span<const std::uint16_t> order_;
+    std::size_t together_;
+    RayStream stream_;
+    ClosestHits closest_;
+    SingleRays single_rays_;
+};
+
+// ---- 5. Any hits of a stream, which goes down the tree in no order as long as enough rays are
+// left to fill the lanes of vectors. Then each ray goes on alone, with the 16 boxes or triangles
+// for lanes.
+//
+// The rays that go on alone are a stack of (ray, node). The topmost kChunk entries are popped
+// together and tested in a loop without a branch that depends on data, which neither waits for one
+// node to know the next nor mispredicts; met leaves are gathered and tested in a second such loop.
+//
+// The size of this stack:
+// 1. Entries from the shared traversal have generation 0, children one more than their parents.
+// 2. Generations do not decrease from bottom to top: a chunk's children are pushed in the order of
+//    their parents, on entries that are no later than the first of the chunk.
+// 3. So when an entry of generation g - 1 is popped, all of g and later are popped with it, and at
+//    most kWidth * kChunk of g and later come back.
+// 4. By induction from the last generation, at most kWidth * kChunk of each generation but the
+//    first are on the stack at a time, and kSeeds of the first.
+
+inline constexpr std::size_t kChunk = 32;
+inline constexpr std::size_t kSeeds = 1024;
+inline constexpr std::size_t kItems = kSeeds + (kMaxDepth - 1) * kWidth * kChunk;
+
+// A node or a leaf is tested for many rays at a time if these are more than this many per vector
+// that has any of them (lab/notes/cpu_tracer.md).
+inline constexpr std::size_t kSharedByNode = kLanes == 1   ? 1
+                                             : kLanes == 4 ? 2
+                                             : kLanes == 8 ? 4
+                                                           : 6;
+inline constexpr std::size_t kSharedByLeaf = kLanes < 8 ? 1 : kLanes == 8 ? 2 : 5;
+
+/// Entries of two parallel arrays. Reading whole chunks may go below the first entry, and writing
+/// whole vectors beyond the last one.
+template <std::size_t kCapacity>
+struct WorkItems {
+    std::uint32_t child[kChunk + kCapacity + kWidth];
+    std::uint32_t ray[kChunk + kCapacity + kWidth];
+};
+
+/// Appends the children in these slots for a ray; returns the new size.
+template <std::size_t kCapacity>
+HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32_t ray,
+                              WorkItems<kCapacity>& items, std::size_t size) {
+    std::uint32_t* child = items.child + kChunk + size;
+    std::uint32_t* of_ray = items.ray + kChunk + size;
+    const auto count = static_cast<std::size_t>(std::popcount(slots));
+    assert(size + count <= kCapacity);
+    if constexpr (kVectors == 1) {
+        const auto bits = static_cast<std::uint16_t>(slots);
+        std::uint8_t bytes[8] = {};
+        std::memcpy(bytes, &bits, sizeof bits);
+        const UintMask which = hn::LoadMaskBits(kUints, bytes);
+        store_unaligned(hn::Compress(load_unaligned(node.child), which), child);
+        store_unaligned(splat(ray), of_ray);
+        return size + count;
+    }
+    // Two without a branch; more are rare.
+    for (std::size_t i = 0; i < 2; ++i) {
+        child[i] = node.child[std::countr_zero(slots | 1u << (kWidth - 1))];
+        of_ray[i] = ray;
+        slots &= slots - 1;
+    }
+    for (std::size_t i = 2; slots != 0; ++i) {
+        child[i] = node.child[std::countr_zero(slots)];
+        of_ray[i] = ray;
+        slots &= slots - 1;
+    }
+    return size + count;
+}
+
+class OccludedStream {
+public:
+    /// rays[order[i]], of one octant: at least one and at most kStreamRays.
+    HWY_INLINE OccludedStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order)
+        : bvh_(bvh),
+          stream_(make_stream(rays, order)),
+          left_(~std::uint64_t{0} >> (kStreamRays - order.size())) {}
+
+    /// The rays that hit anything, as bits.
+    HWY_INLINE std::uint64_t trace() {
+        const std::uint64_t all = left_;
+        if (is_worth_sharing(all, kSharedByNode)) {
+            traverse_together(bvh_, stream_, static_cast<std::size_t>(std::popcount(all)), *this);
+        } else {
+            trace_apart(all, 0);
+        }
+        trace_seeds();
+        return all & ~left_;
+    }
+
+    // For traverse_together().
+    static constexpr bool kFrontToBack = false;
+    HWY_INLINE const float* last_depths() const { return stream_.last_depth; }
+    HWY_INLINE std::uint64_t rays_left(std::uint64_t rays, float) const { return rays & left_; }
+    HWY_INLINE bool stay_together(std::uint64_t rays) const {
+        return is_worth_sharing(rays, kSharedByNode);
+    }
+    HWY_INLINE void trace_apart(std::uint64_t rays, std::uint32_t child) {
+        if (seed_count_ + kStreamRays > kSeeds) trace_seeds();
+        for (; rays != 0; rays &= rays - 1) {
+            inner_.child[kChunk + seed_count_] = child;
+            inner_.ray[kChunk + seed_count_++] = static_cast<std::uint32_t>(std::countr_zero(rays));
+        }
+    }
+    HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
+        if (is_worth_sharing(rays, kSharedByLeaf)) {
+            left_ &= ~rays_hitting(stream_, rays, leaf);
+            return;
+        }
+        for (; rays != 0; rays &= rays - 1)
+            trace_leaf_alone(static_cast<std::uint32_t>(std::countr_zero(rays)), leaf);
+    }
+
+private:
+    HWY_INLINE static bool is_worth_sharing(std::uint64_t rays, std::size_t rays_of_vector) {
+        std::size_t vectors = 0;
+        for (std::size_t first = 0; first < kStreamRays; first += kLanes)
+            vectors += (rays >> first & kLaneBits) != 0;
+        return static_cast<std::size_t>(std::popcount(rays)) > vectors * rays_of_vector;
+    }
+
+    HWY_INLINE void trace_leaf_alone(std::uint32_t ray, const Leaf& leaf) {
+        const bool hit = occluded_by_leaf(stream_, ray, leaf);
+        left_ &= ~(std::uint64_t{hit} << ray);
+    }
+
+    HWY_INLINE void trace_seeds() {
+        std::size_t size = seed_count_;
+        seed_count_ = 0;
+        while (size > 0) {
+            std::uint32_t child[kChunk];
+            std::uint32_t ray[kChunk];
+            std::memcpy(child, inner_.child + size, sizeof child);
+            std::memcpy(ray, inner_.ray + size, sizeof ray);
+            const std::size_t count = std::min(size, kChunk);
+            size -= count;
+            std::size_t leaf_count = 0;
+            for (std::size_t i = kChunk - count; i < kChunk; ++i) {
+                if ((left_ >> ray[i] & 1) == 0) continue;
+                const Node& node = bvh_.nodes[child[i]];
+                const std::uint32_t met = met_slots(stream_, ray[i], node);
+                const std::uint32_t leaves = leaf_slots(node);
+                size = append(node, met & ~leaves, ray[i], inner_, size);
+                leaf_count = append(node, met & leaves, ray[i], outer_, leaf_count);
+            }
+            trace_gathered_leaves(leaf_count);
+        }
+    }
+
+    HWY_INLINE void trace_gathered_leaves(std::size_t count) {
+        const auto leaf = [this](std::size_t i) -> const Leaf& {
+            return bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit];
+        };
+        for (std::size_t i = 0; i < count; ++i) prefetch(leaf(i).vertex, sizeof(Leaf::vertex));
+        for (std::size_t i = 0; i < count; ++i) {
+            // A ray often meets several leaves of a chunk, and hits something in an earlier one.
+            const std::uint32_t ray = outer_.ray[kChunk + i];
+            if ((left_ >> ray & 1) != 0) trace_leaf_alone(ray, leaf(i));
+        }
+    }
+
+    const Bvh& bvh_;
+    RayStream stream_;
+    /// The rays that have hit nothing yet, as bits.
+    std::uint64_t left_;
+    std::size_t seed_count_ = 0;
+    WorkItems<kItems> inner_;
+    WorkItems<kWidth * kChunk> outer_;
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

@@ -41,9 +41,11 @@ void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
         for (int k = 0; k < 17; ++k) v[k] = load(values[k]);
         const std::uint32_t active = pattern >> (first % 16);
         lanes::TriangleHit hit;
-        const std::uint32_t hits = bits_of(intersect_triangles(
-            lanes::shear_ray(lanes::Float3(v), lanes::Float3(v + 3)), mask_of(active), v[15], v[16],
-            lanes::Float3(v + 6), lanes::Float3(v + 9), lanes::Float3(v + 12), hit));
+        const TriangleCorners corners{lanes::Float3(v + 6), lanes::Float3(v + 9),
+                                      lanes::Float3(v + 12)};
+        const std::uint32_t hits =
+            bits_of(intersect_triangles(lanes::shear_ray(lanes::Float3(v), lanes::Float3(v + 3)),
+                                        mask_of(active), {v[15], v[16]}, corners, hit));
         store(hit.t, values[0]);
         store(hit.u, values[1]);
         store(hit.v, values[2]);

@@ -20,8 +20,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/single_ray/closest_leaf-inl.h"
-#include "cpu/single_ray/leaf_hit_rule-inl.h"
+#include "cpu/single_ray/leaf-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "tests/cpu/single_ray/stream_of-inl.h"
 

@@ -202,7 +202,7 @@ TEST(SingleRayTracer, HasRoomForTheDeepestTree) {
     }
 }
 
-// The filter of leaves may underflow; that decides nothing (cpu/single_ray/leaf_lanes-inl.h).
+// The filter of leaves may underflow; that decides nothing (cpu/single_ray/leaf-inl.h).
 TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;

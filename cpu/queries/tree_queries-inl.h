@@ -1,0 +1,674 @@
+// Queries about all triangles of a tree. In order:
+//   1. all hits of rays: listed, counted, or the next one
+//   2. points against nodes and leaves, with the 16 boxes or triangles for lanes
+//   3. windings of single points, and of points above each other, one a lane
+//   4. the closest triangle to a point, and its rivals
+// Points have control flow alone here; all arithmetic is the shared text of the rules.
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/bvh/bvh.h"
+#include "common/scene_queries.h"
+#include "cpu/queries/tree_queries.h"
+#include "cpu/simd/lanes-inl.h"
+#include "cpu/simd/rounding_bounds.h"
+#include "cpu/single_ray/leaf-inl.h"
+#include "cpu/single_ray/node_lanes-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/single_ray/walks-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+
+// ---- 1. Hits
+
+/// Calls visit(prim_id, hit) for a triangle and the repeated triangles that it stands for.
+template <class Visit>
+HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const TriangleHit& hit,
+                              Visit& visit) {
+    visit(prim_id, hit);
+    if (bvh.repeated.empty()) [[likely]]
+        return;
+    for (const RepeatedTriangle& repeated : repeats_of(bvh, prim_id)) visit(repeated.prim_id, hit);
+}
+
+/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits no later than tfar, in any
+/// order. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit>
+HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                                     float tfar, const Leaf& leaf, Visit visit) {
+    intersect_leaf<kAxis>(stream, ray, tfar, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
+        visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+        return false;
+    });
+}
+
+/// Calls visit(prim_id, hit) for all triangles below a node that a ray hits, in any order.
+template <class Visit>
+HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                             std::uint32_t root, Visit visit) {
+    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, ray, node); };
+    const auto visit_leaf = [&](const Leaf& leaf) HWY_ATTR {
+        for_each_hit_of_leaf(bvh, stream, ray, stream.tfar[ray], leaf, visit);
+        return true;
+    };
+    for_each_leaf(bvh, met, visit_leaf, root);
+}
+
+/// The number of hits with one more, and kTouchesBorder.
+HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
+    return (count + 1) | (may_touch_border(hit) ? kTouchesBorder : 0);
+}
+
+HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing) {
+    RayStream stream;
+    prepare_one(stream, ray);
+    stream.crossing = crossing;
+    std::uint64_t count = 0;
+    for_each_hit(bvh, stream, 0, 0,
+                 [&](std::uint32_t, const TriangleHit& hit) { count = with_hit(count, hit); });
+    return count;
+}
+
+// Counted rays go on together below a node if they are more than this many.
+inline constexpr std::size_t kCountedTogether = kLanes < 8 ? 4 : 8;
+
+/// The numbers of hits of up to 64 rays of one octant, which go down the tree together; where few
+/// are left they go on alone.
+class CountStream {
+public:
+    /// rays[order[i]], of one octant: at least one and at most kStreamRays.
+    HWY_INLINE CountStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order,
+                           Crossing crossing)
+        : bvh_(bvh), order_(order), stream_(make_stream(rays, order)) {
+        stream_.crossing = crossing;
+        for (std::size_t i = 0; i < kStreamRays; i += kLanes) store(splat(0u), counts_ + i);
+    }
+
+    /// Sets counts[order[i]].
+    HWY_INLINE void count(std::uint64_t* counts) {
+        if (order_.size() > kCountedTogether) {
+            traverse_together(bvh_, stream_, order_.size(), *this);
+        } else {
+            trace_apart(~std::uint64_t{0} >> (kStreamRays - order_.size()), 0);
+        }
+        for (std::size_t i = 0; i < order_.size(); ++i) {
+            const bool touches = (counts_[i] & kTouches) != 0;
+            counts[order_[i]] = (counts_[i] & ~kTouches) | (touches ? kTouchesBorder : 0);
+        }
+    }
+
+    // For traverse_together().
+    static constexpr bool kFrontToBack = false;
+    HWY_INLINE const float* last_depths() const { return stream_.last_depth; }
+    HWY_INLINE std::uint64_t rays_left(std::uint64_t rays, float) const { return rays; }
+    HWY_INLINE bool stay_together(std::uint64_t rays) const {
+        return static_cast<std::size_t>(std::popcount(rays)) > kCountedTogether;
+    }
+    HWY_INLINE void trace_apart(std::uint64_t rays, std::uint32_t child) {
+        for (; rays != 0; rays &= rays - 1) {
+            const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
+            for_each_hit(bvh_, stream_, ray, child,
+                         [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
+        }
+    }
+    HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
+        for_rays_of_leaf(
+            rays,
+            [&](std::size_t first, std::uint32_t active) HWY_ATTR {
+                intersect_leaf_together(
+                    stream_, first, active, stream_.tfar, leaf,
+                    [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
+                        HWY_ATTR { add(first, hits, hit, prim_id); });
+            },
+            [&](std::size_t ray) HWY_ATTR {
+                for_each_hit_of_leaf(
+                    bvh_, stream_, ray, stream_.tfar[ray], leaf,
+                    [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
+            });
+    }
+
+private:
+    /// kTouchesBorder of a count; there are fewer triangles.
+    static constexpr std::uint32_t kTouches = 1u << 31;
+
+    HWY_INLINE void add_one(std::size_t ray, const TriangleHit& hit) {
+        counts_[ray] = (counts_[ray] + 1) | (may_touch_border(hit) ? kTouches : 0);
+    }
+    HWY_INLINE void add(std::size_t first, Mask hits, const lanes::TriangleHit& hit,
+                        std::uint32_t prim_id) {
+        std::uint32_t times = 1;
+        if (!bvh_.repeated.empty())
+            times += static_cast<std::uint32_t>(repeats_of(bvh_, prim_id).size());
+        const UintVec more = select(uint_mask(hits), splat(times), splat(0u));
+        const Mask touches = hits & lanes::may_touch_border(hit);
+        const UintVec flags = select(uint_mask(touches), splat(kTouches), splat(0u));
+        store((load(counts_ + first) + more) | flags, counts_ + first);
+    }
+
+    const Bvh& bvh_;
+    std::span<const std::uint16_t> order_;
+    RayStream stream_;
+    alignas(64) std::uint32_t counts_[kStreamRays];
+};
+
+inline bool comes_before(const Hit& a, const Hit& b) {
+    return is_closer(a.t, a.prim_id, b.t, b.prim_id);
+}
+
+/// Keeps the first `most` of the hits from `first` on, in any order.
+inline void keep_first(std::vector<Hit>& hits, std::size_t first, std::size_t most) {
+    if (hits.size() - first <= most) return;
+    const auto begin = hits.begin() + static_cast<std::ptrdiff_t>(first);
+    std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(most), hits.end(), comes_before);
+    hits.resize(first + most);
+}
+
+HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, std::uint32_t most,
+                             HitLists& lists) {
+    RayStream stream;
+    prepare_one(stream, ray);
+    stream.crossing = crossing;
+    const std::size_t first = lists.hits.size();
+    // So that a list that is full costs little: twice as many are kept before the rest is dropped.
+    const std::size_t room = 2 * std::size_t{most} + 16;
+    std::uint64_t total = 0;
+    for_each_hit(bvh, stream, 0, 0, [&](std::uint32_t prim_id, const TriangleHit& hit) {
+        total = with_hit(total, hit);
+        if (lists.hits.size() - first == room) keep_first(lists.hits, first, most);
+        lists.hits.push_back(make_hit(hit, prim_id));
+    });
+    keep_first(lists.hits, first, most);
+    std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
+              comes_before);
+    lists.listed.push_back(static_cast<std::uint32_t>(lists.hits.size() - first));
+    lists.total.push_back(total);
+}
+
+/// The first hit after the cursor of a ray whose main axis is kAxis.
+template <int kAxis>
+HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const HitCursor& after) {
+    Hit first = no_hit();
+    first.t = stream.tfar[0];
+    float depth = stream.last_depth[0];
+    const auto keep = [&](std::uint32_t prim_id, const TriangleHit& hit) {
+        if (!is_closer(hit.t, prim_id, first.t, first.prim_id) ||
+            !is_closer(after.t, after.prim_id, hit.t, prim_id))
+            return;
+        first = make_hit(hit, prim_id);
+        depth = last_depth(hit.t);
+    };
+    for_each_near_leaf<kAxis>(bvh, stream, 0, depth, [&](const Leaf& leaf) HWY_ATTR {
+        for_each_hit_of_leaf<kAxis>(bvh, stream, 0, first.t, leaf, keep);
+    });
+    return first.prim_id == kNoPrim ? no_hit() : first;
+}
+
+/// The first hit after the cursor.
+HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const HitCursor& after) {
+    ray.tnear = std::max(ray.tnear, after.t);
+    if (!(ray.tnear <= ray.tfar)) return no_hit();
+    RayStream stream;
+    prepare_one(stream, ray);
+    stream.crossing = crossing;
+    const std::uint32_t axis = stream.axis[0];
+    if (axis == 0) return next_hit_along<0>(bvh, stream, after);
+    if (axis == 1) return next_hit_along<1>(bvh, stream, after);
+    return next_hit_along<2>(bvh, stream, after);
+}
+
+// ---- 2. Boxes and triangles
+
+struct BoxLanes {
+    lanes::Float3 lower;
+    lanes::Float3 upper;
+};
+
+/// Vector v of the boxes of a node.
+HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t v) {
+    const std::size_t i = v * kLanes;
+    return {{load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
+             load_unaligned(node.lower_z + i)},
+            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
+             load_unaligned(node.upper_z + i)}};
+}
+
+/// The boxes of triangles.
+HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
+                             const lanes::Float3& c) {
+    return {lanes::lesser3(a, lanes::lesser3(b, c)), lanes::greater3(a, lanes::greater3(b, c))};
+}
+
+/// The slots whose boxes meet(boxes) has, as bits.
+template <class Meet>
+HWY_INLINE std::uint32_t slots_of(const Node& node, Meet meet) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v)
+        slots |= bits_of(meet(load_boxes(node, v))) << (v * kLanes);
+    return slots;
+}
+
+/// The slots whose boxes are no farther than `most_d2` by distance2(boxes), as bits; stores the
+/// distances of all.
+template <class Distance2>
+HWY_INLINE std::uint32_t slots_within(const Node& node, FloatVec most_d2, Distance2 distance2,
+                                      float* HWY_RESTRICT d2) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const FloatVec distances2 = distance2(load_boxes(node, v));
+        store(distances2, d2 + v * kLanes);
+        slots |= bits_of(distances2 <= most_d2) << (v * kLanes);
+    }
+    return slots;
+}
+
+#if HWY_TARGET == HWY_SCALAR
+
+/// Calls visit(lanes of slots, a, b, c) for the triangles with finite vertices, one a time.
+template <class Visit>
+HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::uint32_t slot = 0; slot < count; ++slot) {
+        const vec3 a = leaf_position(leaf, slot, 0);
+        const vec3 b = leaf_position(leaf, slot, 1);
+        const vec3 c = leaf_position(leaf, slot, 2);
+        if (!finite_vertices(a, b, c)) continue;
+        visit([slot](std::uint32_t) { return slot; }, mask_of(1), lanes::Float3(a),
+              lanes::Float3(b), lanes::Float3(c));
+    }
+}
+
+#else
+
+/// Calls visit(slot_of, mask, a, b, c) for each vector of triangles: lane i of those in the mask
+/// holds the triangle in slot_of(i), whose vertices are finite.
+template <class Visit>
+HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
+    const LeafLanes vertices = load_leaf<2>(leaf, 2);
+    VertexValues x, y, z;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        x.set(v, vertices.x[v]);
+        y.set(v, vertices.y[v]);
+        z.set(v, vertices.z[v]);
+    }
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const VertexLookups at(vertices.local_vertices[v]);
+        const auto position = [&](const LaneLookup& places) HWY_ATTR {
+            return lanes::Float3(x.look_up(places), y.look_up(places), z.look_up(places));
+        };
+        const lanes::Float3 a = position(at.a);
+        const lanes::Float3 b = position(at.b);
+        const lanes::Float3 c = position(at.c);
+        const Mask used =
+            used_lanes(vertices.local_vertices[v], v) & lanes::finite_vertices(a, b, c);
+        const auto slot_of = [v](std::uint32_t lane) {
+            return slot_of_lane(static_cast<std::uint32_t>(v * kLanes) + lane);
+        };
+        if (!none(used)) visit(slot_of, used, a, b, c);
+    }
+}
+
+#endif  // HWY_TARGET
+
+// ---- 3. Windings
+
+/// Counts the crossings of a point with a leaf's triangles; uncertain(prim_id) is called for those
+/// that floats cannot decide on.
+template <class Uncertain>
+HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::Float3& p,
+                                 FloatWinding& winding, Uncertain uncertain) {
+    for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+        const lanes::FloatCrossing crossing = lanes::float_crossing(p, a, b, c);
+        const auto for_each_prim = [&](Mask of, auto visit) HWY_ATTR {
+            for (std::uint32_t bits = bits_of(of & used); bits != 0; bits &= bits - 1) {
+                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+                const std::uint32_t prim_id = leaf.prim_id[slot_of(lane)];
+                visit(prim_id);
+                for (const RepeatedTriangle& repeat : repeats_of(bvh, prim_id))
+                    visit(repeat.prim_id);
+            }
+        };
+        if (bvh.repeated.empty()) [[likely]] {
+            const auto up = static_cast<std::int32_t>(count(crossing.is_up & used));
+            const auto down = static_cast<std::int32_t>(count(crossing.is_down & used));
+            winding.winding += up - down;
+            winding.crossings += static_cast<std::uint32_t>(up + down);
+        } else {
+            for_each_prim(crossing.is_up, [&](std::uint32_t) {
+                ++winding.winding;
+                ++winding.crossings;
+            });
+            for_each_prim(crossing.is_down, [&](std::uint32_t) {
+                --winding.winding;
+                ++winding.crossings;
+            });
+        }
+        for_each_prim(crossing.is_uncertain, uncertain);
+    });
+}
+
+/// Adds the number of leaves visited to `leaves`.
+template <class Uncertain>
+HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& leaves,
+                                    Uncertain uncertain) {
+    FloatWinding winding;
+    const lanes::Float3 p(clipped_point(point));
+    const auto met = [&](const Node& node) HWY_ATTR {
+        return slots_of(node, [&](const BoxLanes& boxes) HWY_ATTR {
+            return lanes::may_cross_in(p, boxes.lower, boxes.upper);
+        });
+    };
+    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        ++leaves;
+        wind_around_leaf(bvh, leaf, p, winding, uncertain);
+        return true;
+    });
+    return winding;
+}
+
+#if HWY_TARGET != HWY_SCALAR
+
+/// At most kLanes points, and the corners of their box in all lanes. Lanes without a point have the
+/// last one.
+struct PointLanes {
+    lanes::Float3 p;
+    lanes::Float3 lower;
+    lanes::Float3 upper;
+
+    HWY_INLINE explicit PointLanes(std::span<const vec3> points) {
+        HWY_ALIGN float values[3][kLanes];
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const vec3& point = points[std::min(i, points.size() - 1)];
+            for (int axis = 0; axis < 3; ++axis) values[axis][i] = point[axis];
+        }
+        p = {load(values[0]), load(values[1]), load(values[2])};
+        lower = {hn::MinOfLanes(kFloats, p.x), hn::MinOfLanes(kFloats, p.y),
+                 hn::MinOfLanes(kFloats, p.z)};
+        upper = {hn::MaxOfLanes(kFloats, p.x), hn::MaxOfLanes(kFloats, p.y),
+                 hn::MaxOfLanes(kFloats, p.z)};
+    }
+};
+
+/// Windings around points above each other, one a lane: they share nodes and leaves.
+class WindingBundle {
+public:
+    /// `points` are those of clipped_point().
+    HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
+        : points_(points), used_(mask_of((1u << points.size()) - 1)) {}
+
+    /// Calls uncertain(i, prim_id) where floats cannot decide. False: gave up after `most_leaves`.
+    template <class Uncertain>
+    HWY_INLINE bool search(const Bvh& bvh, std::size_t most_leaves, Uncertain uncertain) {
+        const auto met = [&](const Node& node) HWY_ATTR {
+            return slots_of(node,
+                            [&](const BoxLanes& boxes) HWY_ATTR { return may_cross_in(boxes); });
+        };
+        std::size_t leaves = 0;
+        return for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+            if (++leaves > most_leaves) return false;
+            wind_around_leaf(bvh, leaf, uncertain);
+            return true;
+        });
+    }
+
+    HWY_INLINE void store_windings(std::span<FloatWinding> windings) const {
+        HWY_ALIGN std::int32_t winding[kLanes];
+        HWY_ALIGN std::int32_t crossings[kLanes];
+        store(winding_, winding);
+        store(crossings_, crossings);
+        for (std::size_t i = 0; i < windings.size(); ++i)
+            windings[i] = {winding[i], static_cast<std::uint32_t>(crossings[i])};
+    }
+
+private:
+    /// The boxes in which a triangle may be that the half-line of a point crosses: rounding is
+    /// monotone, so the outermost points decide for all (may_cross_in()).
+    HWY_INLINE Mask may_cross_in(const BoxLanes& boxes) const {
+        const FloatVec most = splat(kCoordinateError);
+        const FloatVec least = splat(-kCoordinateError);
+        return (boxes.lower.x - points_.upper.x <= most) &
+               (boxes.upper.x - points_.lower.x >= least) &
+               (boxes.lower.y - points_.upper.y <= most) &
+               (boxes.upper.y - points_.lower.y >= least) &
+               (boxes.upper.z - points_.lower.z >= least);
+    }
+
+    template <class Uncertain>
+    HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, Uncertain& uncertain) {
+        for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                    const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+            const Mask met = used & may_cross_in(boxes_of(a, b, c));
+            for (std::uint32_t bits = bits_of(met); bits != 0; bits &= bits - 1) {
+                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+                wind_around(bvh, leaf, slot_of(lane), uncertain);
+            }
+        });
+    }
+
+    template <class Uncertain>
+    HWY_INLINE void wind_around(const Bvh& bvh, const Leaf& leaf, std::uint32_t slot,
+                                Uncertain& uncertain) {
+        const lanes::FloatCrossing crossing =
+            lanes::float_crossing(points_.p, lanes::Float3(leaf_position(leaf, slot, 0)),
+                                  lanes::Float3(leaf_position(leaf, slot, 1)),
+                                  lanes::Float3(leaf_position(leaf, slot, 2)));
+        const std::uint32_t prim_id = leaf.prim_id[slot];
+        const auto repeats = repeats_of(bvh, prim_id);
+        const IntVec times = splat(static_cast<std::int32_t>(1 + repeats.size()));
+        const auto times_where = [&](Mask m) HWY_ATTR {
+            return hn::IfThenElseZero(hn::RebindMask(kInts, m), times);
+        };
+        const IntVec up = times_where(crossing.is_up);
+        const IntVec down = times_where(crossing.is_down);
+        winding_ = winding_ + up - down;
+        crossings_ = crossings_ + up + down;
+        for (std::uint32_t bits = bits_of(crossing.is_uncertain & used_); bits != 0;
+             bits &= bits - 1) {
+            const auto point = static_cast<std::uint32_t>(std::countr_zero(bits));
+            uncertain(point, prim_id);
+            for (const RepeatedTriangle& repeat : repeats) uncertain(point, repeat.prim_id);
+        }
+    }
+
+    PointLanes points_;
+    Mask used_;
+    IntVec winding_ = hn::Zero(kInts);
+    IntVec crossings_ = hn::Zero(kInts);
+};
+
+#endif  // HWY_TARGET
+
+// ---- 4. Closest triangles
+//
+// A lower bound of the distance of a triangle from a point that is much cheaper than the rule.
+//
+// It takes one direction w. The offset r of each place of the triangle is at least r.w / |w| long,
+// and r.w is least at a vertex. With w the offset of the nearest vertex, the bound is the distance
+// itself where that vertex is the closest point.
+//
+// Rounding, that of the rule as well, is covered by the constants (lab/proofs/closest.g). No answer
+// depends on the bound, so it may be fused, and differ by target.
+
+HWY_INLINE FloatVec fused_dot(const lanes::Float3& a, const lanes::Float3& b) {
+    return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
+}
+
+/// The square of how far the bound by the nearest vertex is off, by the largest coordinate.
+HWY_INLINE FloatVec nearest_vertex_error2(FloatVec size) {
+    return mul_add(size * size, splat(kNearestVertexErrorSquare),
+                   splat(kLeastNearestVertexErrorSquare));
+}
+
+/// Where the rule may give d2 or less for a point and the triangle a, b, c, relative to it.
+HWY_INLINE Mask may_be_within(const lanes::Float3& a, const lanes::Float3& b,
+                              const lanes::Float3& c, FloatVec error2, FloatVec d2) {
+    const FloatVec a2 = fused_dot(a, a);
+    const FloatVec b2 = fused_dot(b, b);
+    const FloatVec c2 = fused_dot(c, c);
+    const FloatVec ab2 = min(a2, b2);
+    const FloatVec w2 = min(ab2, c2);
+    const lanes::Float3 w = select(c2 < ab2, c, select(b2 < a2, b, a));
+    const FloatVec along = max(min3(fused_dot(w, a), fused_dot(w, b), fused_dot(w, c)), zero());
+    const FloatVec limit = mul_add(d2, splat(kNearestVertexRounding), error2);
+    return along * along <= w2 * limit;
+}
+
+/// The triangles near a point, among which the closest one is.
+class NearTriangles {
+public:
+    /// Adds the triangle in a slot of a leaf; `least` is a lower bound of its distance. Triangles
+    /// whose bound is above `most` may be dropped.
+    HWY_INLINE void add(float least, std::uint32_t leaf, std::uint32_t slot, float most) {
+        if (count_ == kMost) keep_within(most);
+        if (count_ < kMost) {
+            near_[count_++] = {least, leaf * kWidth + slot};
+        } else {
+            least_lost_ = std::min(least_lost_, least);
+        }
+    }
+
+    /// Appends the triangles whose bound is at most `most`, or kNoPrim if they were too many.
+    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most) {
+        keep_within(most);
+        if (least_lost_ <= most) {
+            rivals.triangles.push_back({kNoPrim, {}});
+            return;
+        }
+        for (std::size_t i = 0; i < count_; ++i) {
+            const std::uint32_t place = near_[i].place;
+            rivals.triangles.push_back(triangle_of(bvh.leaves[place / kWidth], place % kWidth));
+        }
+    }
+
+private:
+    static constexpr std::size_t kMost = 64;
+    struct Near {
+        float least;
+        std::uint32_t place;
+    };
+
+    HWY_INLINE void keep_within(float most) {
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count_; ++i)
+            if (near_[i].least <= most) near_[kept++] = near_[i];
+        count_ = kept;
+    }
+
+    Near near_[kMost];
+    std::size_t count_ = 0;
+    float least_lost_ = std::numeric_limits<float>::infinity();
+};
+
+/// Searches for the closest triangle to a point by the rule, and for its rivals, which may be
+/// closer exactly. Rivals are found on the way, since they are in the same leaves.
+class ClosestSearch {
+public:
+    /// Those farther than `closest` do not count.
+    HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest) : p_(point), closest_(closest) {
+        const FloatVec farthest = lanes::largest_component(p_);
+        point_error_ = splat(kPointRounding) * (farthest + splat(1.0f));
+        // No corner is farther on an axis.
+        set_most(most_of(hn::Sqrt(splat(closest.d2)), farthest + splat(kSceneExtent)));
+    }
+
+    /// Visits the leaf `near_leaf` first. It is the leaf of the answer for the point before, and
+    /// becomes that of the answer for this point.
+    HWY_INLINE void search(const Bvh& bvh, std::uint32_t& near_leaf) {
+        const std::uint32_t first_leaf = near_leaf;
+        if (first_leaf < bvh.leaves.size()) search_leaf(bvh, first_leaf);
+        const auto near = [&](const Node& node, float* HWY_RESTRICT d2) HWY_ATTR {
+            const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR {
+                return lanes::box_distance2(p_, boxes.lower, boxes.upper);
+            };
+            return slots_within(node, splat(most_d2_), distance2, d2);
+        };
+        for_each_near_leaf(bvh, most_d2_, near, [&](std::uint32_t leaf) HWY_ATTR {
+            if (leaf == first_leaf) return;
+            const std::uint32_t before = closest_.prim_id;
+            search_leaf(bvh, leaf);
+            if (closest_.prim_id != before) near_leaf = leaf;
+        });
+    }
+
+    const ClosestTriangle& closest() const { return closest_; }
+    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh) {
+        if (closest_.prim_id != kNoPrim) near_.append_to(rivals, bvh, most_);
+        rivals.ends.push_back(static_cast<std::uint32_t>(rivals.triangles.size()));
+    }
+
+private:
+    /// An upper bound of the exact distances of triangles, by those of the rule and their largest
+    /// coordinates relative to the point.
+    HWY_INLINE FloatVec most_of(FloatVec d, FloatVec size) const {
+        return d + splat(kRuleDefect) * size + point_error_;
+    }
+
+    HWY_INLINE void set_most(FloatVec most) {
+        most_ = hn::GetLane(most);
+        most_d2_ = hn::GetLane(most * most * splat(kRivalRounding));
+    }
+
+    HWY_INLINE void search_leaf(const Bvh& bvh, std::uint32_t index) {
+        const Leaf& leaf = bvh.leaves[index];
+        for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                    const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+            const FloatVec most_d2 = splat(most_d2_);
+            const BoxLanes boxes = boxes_of(a, b, c);
+            const FloatVec box = lanes::box_distance2(p_, boxes.lower, boxes.upper);
+            Mask near = used & (box <= most_d2);
+            if (none(near)) return;
+            const lanes::Float3 to_a = a - p_;
+            const lanes::Float3 to_b = b - p_;
+            const lanes::Float3 to_c = c - p_;
+            const FloatVec size =
+                max3(lanes::largest_component(to_a), lanes::largest_component(to_b),
+                     lanes::largest_component(to_c));
+            near = near & may_be_within(to_a, to_b, to_c, nearest_vertex_error2(size), most_d2);
+            if (none(near)) return;
+            const FloatVec d2 = lanes::triangle_distance2(p_, a, b, c);
+            const FloatVec d = hn::Sqrt(d2);
+            const FloatVec least = d - splat(kRuleExcess) * size;
+            near = near & (least <= splat(most_));
+            if (none(near)) return;
+            const auto for_each_of = [&](Mask lanes, auto use) HWY_ATTR {
+                for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1)
+                    use(static_cast<std::uint32_t>(std::countr_zero(bits)));
+            };
+            HWY_ALIGN float values[kLanes];
+            const Mask closer = near & (d2 <= splat(closest_.d2));
+            if (!none(closer)) {
+                store(d2, values);
+                for_each_of(closer, [&](std::uint32_t i) {
+                    const std::uint32_t prim_id = leaf.prim_id[slot_of(i)];
+                    if (is_closer(values[i], prim_id, closest_.d2, closest_.prim_id))
+                        closest_ = {values[i], prim_id};
+                });
+                const FloatVec most = splat(most_);
+                set_most(hn::MinOfLanes(kFloats, select(near, min(most_of(d, size), most), most)));
+            }
+            store(least, values);
+            for_each_of(near & (least <= splat(most_)),
+                        [&](std::uint32_t i) { near_.add(values[i], index, slot_of(i), most_); });
+        });
+    }
+
+    lanes::Float3 p_;
+    FloatVec point_error_;
+    ClosestTriangle closest_;
+    /// The exactly closest triangle is no farther than this.
+    float most_;
+    /// Its square, rounded up, for comparisons with squared distances.
+    float most_d2_;
+    NearTriangles near_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();

@@ -1,0 +1,884 @@
+// The triangles of a leaf by the hit rule and with its bits. In order:
+//   1. a leaf in vectors whose lanes are its 16 vertices, and then its 16 triangles
+//   2. tests by plain edge functions whose answers are certain without the hit rule
+//   3. one ray, with the triangles for lanes
+//   4. closest hits, with rays for lanes
+//   5. any hits, with rays for lanes
+#if defined(MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H
+#undef MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H
+#else
+#define MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H
+#endif
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "common/interop/packet_bounds.h"
+#include "common/interop/tie_break_rule.h"
+#include "common/scene_queries.h"
+#include "common/simd/vectors-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
+#include "cpu/simd/lanes-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+
+// ---- 1. Vectors of a leaf
+
+HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) {
+    const LeafVertex& v = leaf.vertex[corner(leaf.vertex[triangle].corners, i)];
+    return {v.x, v.y, v.z};
+}
+
+/// Whether two corners of a triangle are at one place, bit for bit: no ray hits it
+/// (docs/design/arithmetic.md, "No area"), but all edge functions may be 0, which only the exact
+/// path can tell from a hit.
+HWY_INLINE bool has_equal_corners(const Leaf& leaf, std::uint32_t triangle) {
+    const vec3 a = leaf_position(leaf, triangle, 0);
+    const vec3 b = leaf_position(leaf, triangle, 1);
+    const vec3 c = leaf_position(leaf, triangle, 2);
+    const auto are_equal = [](const vec3& p, const vec3& q) {
+        return std::memcmp(&p, &q, sizeof p) == 0;
+    };
+    return are_equal(a, b) || are_equal(b, c) || are_equal(c, a);
+}
+
+#if HWY_TARGET != HWY_SCALAR
+
+// A vector load of a leaf brings kBlocks whole vertices, one to a block of 4 lanes. Four loads are
+// transposed within the blocks, which is cheap on every target, so slots are not in order: lane i
+// of vector v holds slot kLanes * v + kBlocks * (i % 4) + i / 4. Triangles have the same order,
+// because their local vertex indices are stored with the vertices.
+inline constexpr std::uint32_t kBlocks = kLanes / 4;
+
+/// The slot of lane i of vector v, for lane = v * kLanes + i.
+constexpr std::uint32_t slot_of_lane(std::uint32_t lane) {
+    const std::uint32_t i = lane % kLanes;
+    return lane - i + kBlocks * (i % 4) + i / 4;
+}
+
+/// Its inverse.
+alignas(16) inline constexpr auto kLaneOfSlot = [] {
+    std::array<std::uint8_t, kLeafVertices> lanes{};
+    for (std::uint8_t lane = 0; lane < kLeafVertices; ++lane) lanes[slot_of_lane(lane)] = lane;
+    return lanes;
+}();
+
+/// slot_of_lane for vector v.
+HWY_INLINE UintVec slots_of_vector(std::size_t v) {
+    const UintVec lane = hn::Iota(kUints, 0u);
+    const UintVec in_block = lane & splat(3u);
+    const UintVec block = shift_right<2>(lane);
+    return in_block * splat(kBlocks) + block + splat(static_cast<std::uint32_t>(v * kLanes));
+}
+
+/// For each axis, the bytes of a vertex (x, y, z, local vertex indices) in the order of
+/// rotate_axes.
+alignas(16) inline constexpr std::uint8_t kRotations[3][16] = {
+    {4, 5, 6, 7, 8, 9, 10, 11, 0, 1, 2, 3, 12, 13, 14, 15},
+    {8, 9, 10, 11, 0, 1, 2, 3, 4, 5, 6, 7, 12, 13, 14, 15},
+    {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15},
+};
+
+/// The vertices of a leaf with rotated axes, and the local vertex indices of its triangles.
+struct LeafLanes {
+    FloatVec x[kVectors];
+    FloatVec y[kVectors];
+    FloatVec z[kVectors];
+    UintVec local_vertices[kVectors];
+};
+
+/// Loads a leaf for rays with this main axis; kAxis is the same, or kAnyAxis.
+template <int kAxis>
+HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
+    const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);
+    LeafLanes out;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        FloatVec row[4];
+        for (std::size_t i = 0; i < 4; ++i) {
+            const float* vertices = &leaf.vertex[v * kLanes + i * kBlocks].x;
+            const auto bytes = hn::BitCast(kBytes, load_unaligned(vertices));
+            row[i] = as_float(kAxis == kAnyAxis ? hn::TableLookupBytes(bytes, rotation) : bytes);
+        }
+        FloatVec column[4];
+        transpose_fours(kFloats, row, column);
+        out.x[v] = column[kAxis == kAnyAxis ? 0 : (kAxis + 1) % 3];
+        out.y[v] = column[kAxis == kAnyAxis ? 1 : (kAxis + 2) % 3];
+        out.z[v] = column[kAxis == kAnyAxis ? 2 : kAxis];
+        out.local_vertices[v] = as_uint(column[3]);
+    }
+    return out;
+}
+
+/// A value for each vertex slot: in vectors, or in memory where permuting those does not pay.
+class VertexValues {
+public:
+    HWY_INLINE void set(std::size_t v, FloatVec values) {
+        if constexpr (kVectors <= 2) {
+            vectors_[v] = values;
+        } else {
+            store(values, table_ + v * kLanes);
+        }
+    }
+    HWY_INLINE FloatVec look_up(const LaneLookup& places) const { return places(vectors_, table_); }
+
+private:
+    FloatVec vectors_[kVectors];
+    HWY_ALIGN float table_[kLeafVertices];
+};
+
+/// Looks up values for the three vertices of a vector of triangles.
+struct VertexLookups {
+    LaneLookup a;
+    LaneLookup b;
+    LaneLookup c;
+
+    HWY_INLINE explicit VertexLookups(UintVec local_vertices)
+        : VertexLookups(places_of(local_vertices), 0) {}
+
+private:
+    HWY_INLINE VertexLookups(UintVec places, int)
+        : a(places & splat(15u)),
+          b(shift_right<8>(places) & splat(15u)),
+          c(shift_right<16>(places) & splat(15u)) {}
+
+    /// The places in VertexValues of the slots in the bytes.
+    HWY_INLINE static UintVec places_of(UintVec slots) {
+        if constexpr (kVectors > 2) return slots;
+        const auto places = hn::LoadDup128(kBytes, kLaneOfSlot.data());
+        return hn::BitCast(kUints, hn::TableLookupBytes(places, hn::BitCast(kBytes, slots)));
+    }
+};
+
+/// has_equal_corners() of a vector of triangles.
+HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at) {
+    const auto equal = [](FloatVec p, FloatVec q)
+                           HWY_ATTR { return float_mask(as_uint(p) == as_uint(q)); };
+    Mask ab = equal(zero(), zero()), bc = ab, ca = ab;
+    for (const FloatVec* values : {vertices.x, vertices.y, vertices.z}) {
+        VertexValues corners;
+        for (std::size_t v = 0; v < kVectors; ++v) corners.set(v, values[v]);
+        const FloatVec a = corners.look_up(at.a);
+        const FloatVec b = corners.look_up(at.b);
+        const FloatVec c = corners.look_up(at.c);
+        ab = ab & equal(a, b);
+        bc = bc & equal(b, c);
+        ca = ca & equal(c, a);
+    }
+    return ab | bc | ca;
+}
+
+#endif  // HWY_TARGET
+
+// ---- 2. Certain answers
+//
+// A triangle occludes a ray, with a hit between tnear and tfar; a hit would lie behind the origin;
+// a hit would lie beyond tfar.
+//
+// Occluders. Names (lab/proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions,
+// z the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are
+// the magnitudes of plain edge functions with |E - |e|| <= bound, all in units of dir.z^2 for
+// slopes; s the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so Z <= 2.001 X.
+// 1. All e are beyond the bound and have one sign. So have the exact ones, and none is 0: the ray
+//    goes through the triangle, whichever path of the rule decides.
+// 2. n / s is within (2 bound range) / s, at most 4 bound Z / s, of zbar, as the deviations from a
+//    mean add up to at most 2 range (docs/design/arithmetic.md, "Depth").
+// 3. The exact path's z is within 6.32 e (range + Z), at most 19 e Z, of zbar. The fast path's is
+//    off by 2 B range / S more, with B and S those of the rule's own functions.
+// 4. The test demands from s <= n and kCertainBound bound Z <= n - from s (and the same up to
+//    `to`). |n| <= s Z, so bound / s <= 1 / kCertainBound but for rounding.
+// 5. The rule's own functions are the |e|, or, where these are of slopes, the same in other
+//    operations: with M the largest |x'| + |y'| and r of edge_bound for the leaf, s <= 3 M^2, so
+//    step 4 makes M at least 32 r. Coordinates of both kinds differ by 2 (8 e (X + Z) + 5 e X), so
+//    the sum of all six by an eighth of 3 M at most, and B by less than a factor of 2: B <= 2
+//    bound, S >= s - 3 bound - 3 B >= s - 9 bound >= 0.71 s. So 2 B range / S is at most
+//    8 bound Z / (0.71 s).
+// 6. A hit needs a z beyond 2 B range / S + 8 e range + 8 e Z, at most 11.3 bound Z / s + 24.1 e Z.
+// 7. Together bound / s has 4 + 2 * 11.3 < kCertainBound of Z. The rest is at most 126 e X: 6.3 e Z
+//    of the roundings of n, s and the test, 19 e Z of step 3, 24.1 e Z of step 6, 3.4 e Z of t = z
+//    rcp(dir.z), and 5 roundings of `to`, which is up to 4 X.
+// 8. kCertainDepth X = 256 e X covers this and 2^-17 X on top: t could move by 2^-18 of X and a hit
+//    would be in range all the same.
+// 9. Nothing overflows: origins farther than kCertainOrigin have no certain occluders, so from and
+//    to are at most 2^32. Products that underflow are off by 2^-124 in all; s is at least 3 bound,
+//    from at least 2^4, so e from s is at least 2^-116.
+//
+// A vertex that is not finite is left to the caller.
+//
+// Beyond tfar (certainly_beyond). The test demands kCertainBound bound <= s and
+// beyond s + kBeyondBound bound R <= n, with R the range of z, and beyond tfar |dir.z| with
+// kBeyondDepth X added. Most of these triangles are those at which shadow rays end.
+// 1. Steps 2, 3 and 5 hold for every triangle that the rule finds hit: they need no e beyond the
+//    bound, and bound / s is at most 1 / kCertainBound.
+// 2. n / s is within 2 bound R / s of zbar. The fast path is off by 2 B R / S, where step 5 makes B
+//    at most 1.27 bound and S at least s - 3 bound - 3 B. kBeyondBound covers both.
+// 3. kBeyondDepth X = 128 e X covers what is left but for step 6, which only makes hits fewer: 119
+//    e X. So t of a hit would exceed tfar.
+// 4. Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal
+//    for origins farther than kCertainOrigin.
+//
+// Behind the origin (may_be_ahead; lab/proofs/near.g). Names as above.
+// 1. |E - |e|| <= bound for each of the three.
+// 2. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
+//    positive.
+// 3. By step 1, the sum of E z is at most n + 3 bound Z.
+// 4. n as computed is off by at most 3 e s Z. It is below 2^127 for vertices within kSceneExtent
+//    and any origin.
+// 5. So a ray misses if n + Z (kBehindError s + 4 bound) is negative.
+// 6. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
+//    the product with Z in step 5. kBehindError s does not matter to a bound of at least 2^-97;
+//    kBehindUnderflow is added for the others.
+
+/// n, by the sign of dir.z, and s of plain edge functions.
+struct DepthSum {
+    FloatVec n;
+    FloatVec s;
+};
+
+/// Fused or not: this decides no hit without a bound.
+HWY_INLINE DepthSum depth_sum(const lanes::Edges& e, FloatVec za, FloatVec zb, FloatVec zc,
+                              FloatVec dz) {
+    const FloatVec au = abs(e.u), av = abs(e.v), aw = abs(e.w);
+    const FloatVec n = mul_add(aw, zc, mul_add(av, zb, au * za));
+    return {n ^ (dz & splat(-0.0f)), sum3(au, av, aw)};
+}
+
+/// The range of z in which a hit is certain, by the sign of dir.z, and where hits beyond tfar
+/// begin.
+struct CertainRange {
+    FloatVec from;
+    FloatVec to;
+    FloatVec beyond;
+};
+
+/// Loads the ranges of the rays from `first` on.
+HWY_INLINE CertainRange certain_ranges(const RayStream& stream, std::size_t first) {
+    return {load(stream.certain_from + first), load(stream.certain_to + first),
+            load(stream.certain_beyond + first)};
+}
+
+/// Loads the range of one ray into all lanes.
+HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) {
+    return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray]),
+            splat(stream.certain_beyond[ray])};
+}
+
+/// The lanes in which the rule certainly finds a hit, if the vertices are finite. Of e it takes u,
+/// v, w, bound and depth_size, which may be those of a whole leaf.
+HWY_INLINE Mask certain_occluders(const lanes::Edges& e, const DepthSum& depth,
+                                  const CertainRange& range) {
+    const Mask inside = (min3(e.u, e.v, e.w) > e.bound) | (max3(e.u, e.v, e.w) < -e.bound);
+    const FloatVec slack = kCertainBound * e.bound * e.depth_size;
+    return inside & (neg_mul_add(range.from, depth.s, depth.n) >= slack) &
+           (mul_sub(range.to, depth.s, depth.n) >= slack);
+}
+
+/// The lanes whose triangle is hit beyond tfar, if at all. Of e it takes bound, as above, and
+/// depth_range.
+HWY_INLINE Mask certainly_beyond(const lanes::Edges& e, const DepthSum& depth,
+                                 const CertainRange& range) {
+    const FloatVec slack = kBeyondBound * e.bound * e.depth_range;
+    return (neg_mul_add(range.beyond, depth.s, depth.n) >= slack) &
+           (depth.s >= kCertainBound * e.bound);
+}
+
+// More than what underflow takes from the products: 2^-120.
+inline constexpr float kBehindUnderflow = 0x1p-120f;
+
+/// False in lanes whose triangle would be hit behind the origin only. Of e it takes bound and
+/// depth_size, as above.
+HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
+    const FloatVec error = mul_add(splat(kBehindError), depth.s, 4.0f * e.bound);
+    const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
+    return depth.n >= -slack;
+}
+
+// ---- 3. One ray
+//
+// 1. The fast path projects the vertices and computes the edge functions of all triangles.
+// 2. Most triangles are skipped by a bound of these functions that needs no depth
+//    (depthless_bound), because the largest |z| of a leaf takes longer to find than the functions.
+// 3. A triangle is skipped if may_be_inside is false by its own bound, or if its hit would
+// certainly
+//    lie behind the ray's origin. That holds for the triangle that a secondary ray starts from, the
+//    most frequent one of all.
+// 4. The fast path answers where it is certain, the exact path for the other triangles.
+
+#if HWY_TARGET == HWY_SCALAR
+
+/// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
+/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit>
+HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
+                               const Leaf& leaf, Visit visit) {
+    ShearedRay s;
+    for (int k = 0; k < 3; ++k) {
+        s.org[k] = stream.sheared_org[k][ray];
+        s.dir[k] = stream.sheared_dir[k][ray];
+    }
+    s.axis = stream.axis[ray];
+    s.depth_slack = stream.depth_slack[ray];
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::uint32_t slot = 0; slot < count; ++slot) {
+        const vec3 a = leaf_position(leaf, slot, 0);
+        const vec3 b = leaf_position(leaf, slot, 1);
+        const vec3 c = leaf_position(leaf, slot, 2);
+        TriangleHit hit;
+        if (!may_hit_triangle(s, a, b, c)) continue;
+        const bool is_hit = stream.crossing == Crossing::kOwner
+                                ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
+                                : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
+        if (is_hit && visit(slot, hit)) return true;
+    }
+    return false;
+}
+
+/// Whether the ray hits any triangle.
+template <int kAxis = kAnyAxis>
+HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
+    return intersect_leaf(stream, ray, stream.tfar[ray], leaf,
+                          [](std::uint32_t, const TriangleHit&) { return true; });
+}
+
+#else
+
+/// The projected vertices of a leaf.
+struct LeafPoints {
+    VertexValues x;
+    VertexValues y;
+    VertexValues z;
+
+    HWY_INLINE void set(std::size_t v, const lanes::Float3& p) {
+        x.set(v, p.x);
+        y.set(v, p.y);
+        z.set(v, p.z);
+    }
+    HWY_INLINE lanes::Float3 look_up(const LaneLookup& places) const {
+        return {x.look_up(places), y.look_up(places), z.look_up(places)};
+    }
+};
+
+/// Projects the vertices on the fast path.
+HWY_INLINE void project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
+                                  LeafPoints& points) {
+    for (std::size_t v = 0; v < kVectors; ++v)
+        points.set(v, lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]}));
+}
+
+/// A vector of triangles as the ray sees them.
+struct FilteredTriangles {
+    lanes::Edges edges;
+    FloatVec size;
+    FloatVec za;
+    FloatVec zb;
+    FloatVec zc;
+};
+
+/// The edge functions of fast_edges(), and their bound for vertices at any depth.
+HWY_INLINE FilteredTriangles flat_triangles(const LeafPoints& points, const VertexLookups& at,
+                                            const DepthlessBound<FloatVec>& bound) {
+    const lanes::Float3 a{points.x.look_up(at.a), points.y.look_up(at.a), zero()};
+    const lanes::Float3 b{points.x.look_up(at.b), points.y.look_up(at.b), zero()};
+    const lanes::Float3 c{points.x.look_up(at.c), points.y.look_up(at.c), zero()};
+    FilteredTriangles t;
+    t.size = sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
+    t.edges.bound = bound(t.size);
+    t.edges.u = lanes::fast_edge(b, c);
+    t.edges.v = lanes::fast_edge(c, a);
+    t.edges.w = lanes::fast_edge(a, b);
+    return t;
+}
+
+/// Completes fast_edges().
+HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, FilteredTriangles& t) {
+    t.za = points.z.look_up(at.a);
+    t.zb = points.z.look_up(at.b);
+    t.zc = points.z.look_up(at.c);
+    lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
+    t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
+}
+
+/// The lanes of vector v that hold triangles.
+HWY_INLINE Mask used_lanes(UintVec local_vertices, std::size_t v) {
+    return float_mask(slots_of_vector(v) < shift_right<24>(local_vertices));
+}
+
+HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at) {
+    VertexValues x;
+    for (std::size_t v = 0; v < kVectors; ++v) x.set(v, vertices.x[v]);
+    return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
+}
+
+/// Calls visit(slot, hit) for these lanes of vector v until it returns true; whether it did.
+template <class Visit>
+HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHit& hits,
+                            Visit& visit) {
+    HWY_ALIGN float t[kLanes];
+    HWY_ALIGN float u[kLanes];
+    HWY_ALIGN float w[kLanes];
+    store(hits.t, t);
+    store(hits.u, u);
+    store(hits.v, w);
+    for (std::uint32_t bits = bits_of(visited); bits != 0; bits &= bits - 1) {
+        const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+        const auto first = static_cast<std::uint32_t>(v * kLanes);
+        if (visit(slot_of_lane(first + i), TriangleHit{t[i], u[i], w[i]})) return true;
+    }
+    return false;
+}
+
+/// The exact path for the triangles that are uncertain, as bits.
+template <class Visit>
+HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
+                                         const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
+    const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
+    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    LeafPoints points;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        points.set(v, lanes::project_rotated(s, {vertices.x[v], vertices.y[v], vertices.z[v]}));
+    }
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const std::uint32_t bits = uncertain >> (v * kLanes) & kLaneBits;
+        if (bits == 0) continue;
+        const VertexLookups at(vertices.local_vertices[v]);
+        const lanes::Float3 a = points.look_up(at.a);
+        const lanes::Float3 b = points.look_up(at.b);
+        const lanes::Float3 c = points.look_up(at.c);
+        lanes::TriangleHit hit;
+        const lanes::Edges edges = lanes::exact_edges(a, b, c);
+        Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
+        if (stream.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
+        hits = hits & lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        hits = hits & mask_of(bits);
+        if (none(hits)) continue;
+        if (visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) return true;
+    }
+    return false;
+}
+
+/// True for triangles whose corners are at one place: their edge functions are all 0.
+HWY_INLINE Mask all_edges_are_equal(const lanes::Edges& e) {
+    return min3(e.u, e.v, e.w) == max3(e.u, e.v, e.w);
+}
+
+/// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
+/// ray may hit, until it returns true; whether it did.
+template <class Test>
+HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
+                                    const lanes::ShearedRay& s, const LeafLanes& vertices,
+                                    Test test) {
+    LeafPoints points;
+    project_leaf_fast(s, vertices, points);
+    const DepthlessBound<FloatVec> bound{splat(stream.bound_linear[ray]),
+                                         splat(stream.bound_constant[ray])};
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const VertexLookups at(vertices.local_vertices[v]);
+        FilteredTriangles t = flat_triangles(points, at, bound);
+        Mask inside = lanes::may_be_inside(t.edges) & used_lanes(vertices.local_vertices[v], v);
+        if (none(inside)) continue;
+        if (!none(inside & all_edges_are_equal(t.edges))) {
+            inside = and_not(equal_corners(vertices, at), inside);
+            if (none(inside)) continue;
+        }
+        add_depth(points, at, t);
+        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
+        const Mask possible = lanes::may_be_inside(t.edges) & may_be_ahead(t.edges, mean) & inside;
+        if (!none(possible) && test(v, at, t, mean, possible)) return true;
+    }
+    return false;
+}
+
+/// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
+/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit>
+HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
+                               const Leaf& leaf, Visit visit) {
+    const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
+    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    std::uint32_t uncertain = 0;
+    const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
+                                const DepthSum&, Mask possible) HWY_ATTR {
+        lanes::TriangleHit hit;
+        const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
+        const Mask is_hit = is_certain & lanes::surely_inside(s, t.edges);
+        const Mask reached = lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        const Mask hits = possible & is_hit & reached;
+        uncertain |= bits_of(and_not(is_hit, possible)) << (v * kLanes);
+        return !none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit);
+    };
+    if (any_possible_vector(stream, ray, s, vertices, visit_hits)) return true;
+    return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
+}
+
+/// Whether the ray hits any triangle.
+template <int kAxis = kAnyAxis>
+HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
+    const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
+    const CertainRange range = certain_range(stream, ray);
+    bool is_uncertain = false;
+    const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FilteredTriangles& t,
+                                 const DepthSum& mean, Mask possible) HWY_ATTR {
+        const Mask certain = certain_occluders(t.edges, mean, range) & possible;
+        if (!none(certain) && !none(certain & finite_lanes(vertices, at))) return true;
+        is_uncertain |= !none(and_not(certainly_beyond(t.edges, mean, range), possible));
+        return false;
+    };
+    if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
+        return true;
+    return is_uncertain && intersect_leaf(stream, ray, stream.tfar[ray], leaf,
+                                          [](std::uint32_t, const TriangleHit&) { return true; });
+}
+
+#endif  // HWY_TARGET
+
+// ---- 4. Closest hits of many rays
+//
+// The leaf's vertices are projected once for a vector of rays, by the rule's fast path, and serve
+// all triangles. A triangle is skipped by the edge functions of the rule and one bound for the
+// leaf, with 3 times the largest |x| + |y| of its vertices in place of the sum over a triangle's,
+// and most_depth() in place of the largest |z|. Each operation of edge_bound is monotone and 2 M is
+// exact, so this bound is not below a triangle's own, bit for bit.
+
+/// The vertices of a leaf as a vector of rays sees them, and a bound of the edge functions of all
+/// its triangles.
+struct ProjectedLeaf {
+    FloatVec x[kLeafVertices];
+    FloatVec y[kLeafVertices];
+    FloatVec z[kLeafVertices];
+    FloatVec bound;
+
+    HWY_INLINE lanes::Float3 operator[](std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// project_vertices() by the coordinates of a vertex with rotated axes, rotated(xyz).
+template <class Rotated, class Project>
+HWY_INLINE FloatVec project_rotated_vertices(const Leaf& leaf, std::uint32_t count, Rotated rotated,
+                                             Project project, const ProjectedLeaf& out) {
+    FloatVec size = zero();
+    for (std::uint32_t i = 0; i < count; ++i) {
+        project(rotated(&leaf.vertex[i].x), i);
+        size = max(size, lanes::projected_size(out[i]));
+    }
+    return size;
+}
+
+/// Calls project(v, i) for the first `count` vertices v of a leaf, after their axes were rotated
+/// for the rays from `first` on. It must set vertex i of `out`. Returns the largest |x| + |y|.
+template <class Project>
+HWY_INLINE FloatVec project_vertices(const RayStream& stream, std::size_t first, const Leaf& leaf,
+                                     std::uint32_t count, Project project,
+                                     const ProjectedLeaf& out) {
+    const UintVec axis = load(stream.axis + first);
+    const std::uint32_t z = stream.axis[first];
+    if (all(float_mask(axis == z))) {
+        const std::uint32_t x = (z + 1) % 3, y = (z + 2) % 3;
+        const auto rotated = [=](const float* v)
+                                 HWY_ATTR { return lanes::Float3(vec3(v[x], v[y], v[z])); };
+        return project_rotated_vertices(leaf, count, rotated, project, out);
+    }
+    const auto rotated = [&axis](const float* v) HWY_ATTR {
+        return lanes::rotate_axes(lanes::Float3(vec3(v[0], v[1], v[2])), axis);
+    };
+    return project_rotated_vertices(leaf, count, rotated, project, out);
+}
+
+/// The leaf's triangles use only vertex slots below this.
+HWY_INLINE std::uint32_t used_vertices(const Leaf& leaf, std::uint32_t triangle_count) {
+    std::uint32_t last = 0;
+    for (std::uint32_t i = 0; i < triangle_count; ++i) {
+        const std::uint32_t local = leaf.vertex[i].corners;
+        last = std::max({last, corner(local, 0), corner(local, 1), corner(local, 2)});
+    }
+    return last + 1;
+}
+
+/// The closest hits of a stream so far: t is tfar and prim_id kNoPrim before the first one; `last`
+/// is last_depth of t. Lanes that hold no ray have -1 for both, so that they meet nothing.
+struct alignas(64) ClosestHits {
+    float t[kStreamRays];
+    float last[kStreamRays];
+    float u[kStreamRays];
+    float v[kStreamRays];
+    std::uint32_t prim_id[kStreamRays];
+
+    /// For the first `count` rays.
+    HWY_INLINE ClosestHits(const RayStream& stream, std::size_t count) {
+        for (std::size_t i = 0; i < count; i += kLanes) {
+            const auto used = hn::FirstN(kFloats, count - i);
+            store(select(used, load(stream.tfar + i), -1.0f), t + i);
+            store(select(used, load(stream.last_depth + i), -1.0f), last + i);
+            store(zero(), u + i);
+            store(zero(), v + i);
+            store(splat(kNoPrim), prim_id + i);
+        }
+        const std::size_t rest = (count + kLanes - 1) / kLanes * kLanes;
+        for (std::size_t i = rest; i < kStreamRays; i += kLanes) {
+            store(splat(-1.0f), t + i);
+            store(splat(-1.0f), last + i);
+        }
+    }
+
+    ClosestHits() = default;
+
+    HWY_INLINE Hit hit(std::size_t ray) const {
+        const bool is_hit = prim_id[ray] != kNoPrim;
+        return is_hit ? Hit{t[ray], u[ray], v[ray], prim_id[ray]} : no_hit();
+    }
+
+    /// Keeps the hits of triangle `id` that are closer, by is_closer; lanes are the rays from
+    /// `first` on.
+    HWY_INLINE void keep_closer(std::size_t first, Mask hits, const lanes::TriangleHit& hit,
+                                std::uint32_t id) {
+        const FloatVec old_t = load(t + first);
+        const UintVec old_id = load(prim_id + first);
+        const UintVec new_id = splat(id);
+        const Mask is_smaller = float_mask(new_id < old_id);
+        const Mask closer = hits & ((hit.t < old_t) | ((hit.t == old_t) & is_smaller));
+        const FloatVec new_last = lanes::last_depth(hit.t);
+        store(select(closer, hit.t, old_t), t + first);
+        store(select(closer, new_last, load(last + first)), last + first);
+        store(select(closer, hit.u, load(u + first)), u + first);
+        store(select(closer, hit.v, load(v + first)), v + first);
+        store(select(uint_mask(closer), new_id, old_id), prim_id + first);
+    }
+};
+
+/// The closest hit of a ray in a leaf: lanes are triangles. kAxis is the ray's main axis, or
+/// kAnyAxis.
+template <int kAxis = kAnyAxis>
+HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, const Leaf& leaf,
+                                     ClosestHits& closest) {
+    intersect_leaf<kAxis>(stream, ray, closest.t[ray], leaf,
+                          [&](std::uint32_t slot, const TriangleHit& hit) {
+                              const std::uint32_t id = leaf.prim_id[slot];
+                              if (is_closer(hit.t, id, closest.t[ray], closest.prim_id[ray])) {
+                                  closest.t[ray] = hit.t;
+                                  closest.last[ray] = last_depth(hit.t);
+                                  closest.u[ray] = hit.u;
+                                  closest.v[ray] = hit.v;
+                                  closest.prim_id[ray] = id;
+                              }
+                              return false;
+                          });
+}
+
+/// Triangle i of a leaf in all lanes.
+HWY_INLINE TriangleCorners corners_in_lanes(const Leaf& leaf, std::uint32_t i) {
+    return {lanes::Float3(leaf_position(leaf, i, 0)), lanes::Float3(leaf_position(leaf, i, 1)),
+            lanes::Float3(leaf_position(leaf, i, 2))};
+}
+
+/// A vector of rays from `first` on at a leaf.
+struct LeafRays {
+    std::size_t first;
+    lanes::ShearedRay sheared;
+    Mask active;
+    FloatVec tnear;
+    Crossing crossing;
+};
+
+/// Calls keep(hits, hit, prim_id) for the lanes that hit triangle i no later than tfar of their
+/// rays; e has its fast edge functions u, v and w.
+template <class Keep>
+HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_rays,
+                                   const Leaf& leaf, std::uint32_t i, const ProjectedLeaf& points,
+                                   lanes::Edges e, Keep keep) {
+    if (has_equal_corners(leaf, i)) return;
+    const std::uint32_t local = leaf.vertex[i].corners;
+    const lanes::ShearedRay& s = rays.sheared;
+    const lanes::Float3 a = points[corner(local, 0)];
+    const lanes::Float3 b = points[corner(local, 1)];
+    const lanes::Float3 c = points[corner(local, 2)];
+    const FloatVec m =
+        sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
+    lanes::measure_depth(a.z, b.z, c.z, e);
+    e.bound = lanes::edge_bound(m, e.depth_size);
+    const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
+    const Mask possible = rays.active & lanes::may_be_inside(e) & may_be_ahead(e, depth);
+    if (none(possible)) return;
+    const FloatVec tfar = load(tfar_of_rays + rays.first);
+    lanes::TriangleHit hit;
+    const Mask hits =
+        decide_hits(s, {e, a.z, b.z, c.z}, possible, {rays.tnear, tfar, rays.crossing},
+                    corners_in_lanes(leaf, i), hit);
+    keep(hits, hit, leaf.prim_id[i]);
+}
+
+/// Calls keep(hits, hit, prim_id) for the triangles of a leaf that rays among `active` (bits, from
+/// `first` on) hit no later than tfar of their rays: lanes are rays.
+template <class Keep>
+HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t first,
+                                        std::uint32_t active, const float* tfar, const Leaf& leaf,
+                                        Keep keep) {
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    const LeafRays rays{first, sheared_rays(stream, first), mask_of(active),
+                        load(stream.tnear + first), stream.crossing};
+    ProjectedLeaf points;
+    const FloatVec size = project_vertices(
+        stream, first, leaf, used_vertices(leaf, count),
+        [&](const lanes::Float3& v, std::uint32_t i) HWY_ATTR {
+            const lanes::Float3 p = lanes::project_rotated_fast(rays.sheared, v);
+            points.x[i] = p.x;
+            points.y[i] = p.y;
+            points.z[i] = p.z;
+        },
+        points);
+    points.bound = lanes::edge_bound(3.0f * size, most_depth(abs(rays.sheared.org.z)));
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t local = leaf.vertex[i].corners;
+        const lanes::Float3 a = points[corner(local, 0)];
+        const lanes::Float3 b = points[corner(local, 1)];
+        const lanes::Float3 c = points[corner(local, 2)];
+        lanes::Edges e;
+        e.u = lanes::fast_edge(b, c);
+        e.v = lanes::fast_edge(c, a);
+        e.w = lanes::fast_edge(a, b);
+        e.bound = points.bound;
+        if (none(lanes::may_be_inside(e) & rays.active)) continue;
+        intersect_triangle(rays, tfar, leaf, i, points, e, keep);
+    }
+}
+
+/// The closest hits of the rays `active` (bits, from `first` on) in a leaf.
+HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t first,
+                                        std::uint32_t active, const Leaf& leaf,
+                                        ClosestHits& closest) {
+    intersect_leaf_together(stream, first, active, closest.t, leaf,
+                            [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
+                                HWY_ATTR { closest.keep_closer(first, hits, hit, prim_id); });
+}
+
+// A vector of rays is tested together if more than this many of them are at a leaf
+// (lab/notes/cpu_tracer.md).
+inline constexpr std::size_t kTogetherInLeaf = kLanes < 8 ? kLanes / 2 + 1 : kLanes == 8 ? 3 : 6;
+
+/// Calls together(first, active) for the vectors with many of these rays (bits), alone(ray) for the
+/// rays of others.
+template <class Together, class Alone>
+HWY_INLINE void for_rays_of_leaf(std::uint64_t rays, Together together, Alone alone) {
+    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
+        auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        if (static_cast<std::size_t>(std::popcount(active)) > kTogetherInLeaf) {
+            together(first, active);
+            continue;
+        }
+        for (; active != 0; active &= active - 1)
+            alone(first + static_cast<std::size_t>(std::countr_zero(active)));
+    }
+}
+
+// ---- 5. Any hits of many rays
+//
+// For rays that have a leaf in common, such as ambient-occlusion rays around one place, this takes
+// fewer instructions than one ray after the other (lab/notes/cpu_tracer.md).
+//
+// The filter: which rays may go through a triangle. Vertices are projected as in project_fast, but
+// divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or not. The bound of its
+// edge functions, in the notation of docs/design/arithmetic.md, "Plain floats where they suffice",
+// for x' and with e = 2^-24:
+// 1. x' differs from x / dir.z, with x of `project`, by the sum of
+//        2 e r          rounding of a.x and a.z
+//        3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
+//        e r            its product with a.z, unless it is fused
+//        e X            the difference
+//        4 e X + 2^-62  error of `project`
+//    so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the
+//    e (8 r + 5 X) + 2^-62 there.
+// 2. Edge functions are computed with at most as many roundings. So each is within the bound
+//    derived there of the exact one, divided by dir.z^2.
+// 3. That bound grows with m and Z, so one for the whole leaf will do: m = 3 M with M the largest
+//    |x'| + |y'| of its vertices, and Z the largest |z|.
+// 4. x' is not on a grid, and a product may underflow by at most 2^-126. The bound is at least
+//    2^-97 and has room for that.
+
+/// The rays among `rays` (bits, from `first` on) that hit triangle i of the leaf.
+HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream, std::size_t first,
+                                                        std::uint32_t rays, const Leaf& leaf,
+                                                        std::uint32_t i) {
+    lanes::TriangleHit hit;
+    return bits_of(intersect_triangles(sheared_rays(stream, first), mask_of(rays),
+                                       {load(stream.tnear + first), load(stream.tfar + first)},
+                                       corners_in_lanes(leaf, i), hit));
+}
+
+/// project_vertices() by slopes. Sets the bound, and returns the largest |z|.
+HWY_INLINE FloatVec project_by_slopes(const RayStream& stream, std::size_t first, const Leaf& leaf,
+                                      std::uint32_t count, ProjectedLeaf& out) {
+    const FloatVec org_x = load(stream.sheared_org[0] + first);
+    const FloatVec org_y = load(stream.sheared_org[1] + first);
+    const FloatVec org_z = load(stream.sheared_org[2] + first);
+    const FloatVec slope_x = load(stream.slope[0] + first);
+    const FloatVec slope_y = load(stream.slope[1] + first);
+    FloatVec depth = zero();
+    // A returned Float3 would go through memory.
+    const auto project = [&](const lanes::Float3& v, std::uint32_t i) HWY_ATTR {
+        const FloatVec z = v.z - org_z;
+        out.x[i] = neg_mul_add(slope_x, z, v.x - org_x);
+        out.y[i] = neg_mul_add(slope_y, z, v.y - org_y);
+        out.z[i] = z;
+        depth = max(depth, abs(z));
+    };
+    const FloatVec size = project_vertices(stream, first, leaf, count, project, out);
+    out.bound = lanes::edge_bound(3.0f * size, depth);
+    return depth;
+}
+
+/// The rays among `rays` (bits) that hit a triangle of the leaf.
+HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t rays,
+                                      const Leaf& leaf) {
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    const std::uint32_t vertex_count = used_vertices(leaf, count);
+    std::uint64_t hits = 0;
+    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
+        auto left = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        if (left == 0) continue;
+        ProjectedLeaf p;
+        const FloatVec largest_z = project_by_slopes(stream, first, leaf, vertex_count, p);
+        const FloatVec dz = load(stream.sheared_dir[2] + first);
+        const CertainRange range = certain_ranges(stream, first);
+        for (std::uint32_t i = 0; i < count && left != 0; ++i) {
+            const std::uint32_t local = leaf.vertex[i].corners;
+            const std::uint32_t a = corner(local, 0);
+            const std::uint32_t b = corner(local, 1);
+            const std::uint32_t c = corner(local, 2);
+            const auto edge = [&p](std::uint32_t i0, std::uint32_t i1) {
+                return mul_sub(p.x[i0], p.y[i1], p.y[i0] * p.x[i1]);
+            };
+            const FloatVec u = edge(b, c), v = edge(c, a), w = edge(a, b);
+            const Mask inside = (min3(u, v, w) >= -p.bound) | (max3(u, v, w) <= p.bound);
+            std::uint32_t possible = bits_of(inside) & left;
+            if (possible == 0) continue;
+            if (finite_coordinates(leaf.vertex[a].x, leaf.vertex[b].x, leaf.vertex[c].x)) {
+                const FloatVec za = p.z[a], zb = p.z[b], zc = p.z[c];
+                const FloatVec range_of_z = max3(za, zb, zc) - min3(za, zb, zc);
+                const lanes::Edges e{u, v, w, p.bound, range_of_z, largest_z};
+                const DepthSum depth = depth_sum(e, za, zb, zc, dz);
+                const std::uint32_t certain =
+                    bits_of(certain_occluders(e, depth, range)) & possible;
+                hits |= std::uint64_t{certain} << first;
+                left &= ~certain;
+                possible &= ~certain & bits_of(and_not(certainly_beyond(e, depth, range),
+                                                       may_be_ahead(e, depth)));
+                if (possible == 0) continue;
+            }
+            if (has_equal_corners(leaf, i)) continue;
+            const std::uint32_t hit = rays_hitting_triangle(stream, first, possible, leaf, i);
+            hits |= std::uint64_t{hit} << first;
+            left &= ~hit;
+        }
+    }
+    return hits;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target
