@@ -1,7 +1,7 @@
 # cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that a room may
 # not have by the tables below (docs/architecture.md draws them), that brings a library outside its one
-# place, and for sibling folders of a room that include each other in a cycle. Public headers are
-# included as <morphray/...> or "morphray/...".
+# place, for sibling folders of a room that include each other in a cycle, and for names in documents and
+# comments of what is not there. Public headers are included as <morphray/...> or "morphray/...".
 cmake_minimum_required(VERSION 3.25)
 
 # A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
@@ -229,6 +229,59 @@ foreach(library IN LISTS one_source_each)
     if(count GREATER 1)
         list(JOIN users_of_${library} ", " users)
         list(APPEND violations "${users} include ${library}: only one .cpp may")
+    endif()
+endforeach()
+
+# Files, folders and names in backticks, and files in parentheses, in documents and comments must exist. A path
+# begins at the root or in the folder of its document, or it is the end of one. A file of another commit is
+# named COMMIT:PATH, and runs write into out/. A name, which must occur outside comments, is f(), kConstant or
+# TwoWords. CHANGELOG.md names what has been removed.
+set(folders .ci app cmake common cpu docs gpu lab library scenes shaders tests)
+list(TRANSFORM folders PREPEND ${ROOT}/ OUTPUT_VARIABLE globs)
+list(TRANSFORM globs APPEND /*)
+file(GLOB_RECURSE paths RELATIVE ${ROOT} ${globs})
+file(GLOB found RELATIVE ${ROOT} ${ROOT}/*.* ${ROOT}/run ${ROOT}/test)
+list(APPEND paths ${found})
+list(JOIN paths "\n/" all_paths)
+set(documents ${paths})
+list(FILTER documents INCLUDE REGEX "\\.(c|cmake|comp|cpp|g|glsl|h|hpp|in|json|md|py|sh|txt)$")
+list(REMOVE_ITEM documents CHANGELOG.md)
+list(JOIN folders "|" roots)
+set(token_pattern "`[A-Za-z0-9_./:-]+(\\(\\))?`|\\([a-z0-9_./-]+/[A-Za-z0-9_.-]+[.][a-z]+[#)]")
+set(path_pattern "^(${roots})/[A-Za-z0-9_./-]+$|^[a-z._][a-z0-9_./-]*(/|\\.(comp|cpp|glsl|h|hpp|md|py|sh))$")
+set(function_pattern "^(.*::)?([A-Za-z0-9_]+)\\(\\)$")
+set(constant_or_type_pattern "^(.*::)?(k[A-Z][A-Za-z0-9]*|[A-Z][a-z0-9]+[A-Z][A-Za-z0-9]*)$")
+set(code "")
+set(names "")
+foreach(document IN LISTS documents)
+    file(READ ${ROOT}/${document} text)
+    string(REGEX MATCHALL "${token_pattern}" tokens "${text}")
+    list(REMOVE_DUPLICATES tokens)
+    get_filename_component(folder ${ROOT}/${document} DIRECTORY)
+    foreach(token IN LISTS tokens)
+        string(REGEX MATCH "[A-Za-z0-9_./:-]+(\\(\\))?" token "${token}")
+        if(token MATCHES "^out/")
+            continue()
+        elseif(token MATCHES "${path_pattern}")
+            string(FIND "\n/${all_paths}" "/${token}" place)
+            if(place EQUAL -1 AND NOT EXISTS ${folder}/${token})
+                list(APPEND violations "${document} names ${token}, which is not there")
+            endif()
+        elseif(token MATCHES "${function_pattern}" OR token MATCHES "${constant_or_type_pattern}")
+            list(APPEND names ${CMAKE_MATCH_2})
+            list(APPEND users_of_${CMAKE_MATCH_2} ${document})
+        endif()
+    endforeach()
+    if(NOT document MATCHES "[.]md$")
+        string(REGEX REPLACE "//[^\n]*|`[^`\n]*`" "" text "${text}")
+        string(APPEND code "${text}")
+    endif()
+endforeach()
+list(REMOVE_DUPLICATES names)
+foreach(name IN LISTS names)
+    string(FIND "${code}" ${name} place)
+    if(place EQUAL -1)
+        list(APPEND violations "${users_of_${name}}: ${name} is not there")
     endif()
 endforeach()
 
