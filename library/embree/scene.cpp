@@ -1,7 +1,11 @@
 #include "library/embree/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -9,55 +13,59 @@
 #include <string>
 #include <utility>
 
+#include <glm/geometric.hpp>
+
 namespace mray::embree {
 namespace {
 
-std::size_t triangle_count(const std::vector<Part>& parts) {
+std::size_t triangle_count(const std::vector<CommittedMesh>& meshes) {
     std::size_t count = 0;
-    for (const Part& part : parts) count += part.triangle_count();
+    for (const CommittedMesh& mesh : meshes) count += mesh.triangle_count();
     return count;
 }
 
-bool is_any_refitted(const std::vector<Part>& parts) {
-    return std::any_of(parts.begin(), parts.end(), [](const Part& part) {
-        return part.mesh->quality == RTC_BUILD_QUALITY_REFIT;
+bool is_any_refitted(const std::vector<CommittedMesh>& meshes) {
+    return std::any_of(meshes.begin(), meshes.end(), [](const CommittedMesh& mesh) {
+        return mesh.geometry->quality == RTC_BUILD_QUALITY_REFIT;
     });
 }
 
-bool have_same_versions(const std::vector<Part>& a, const std::vector<Part>& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](const Part& p, const Part& q) { return p.versions == q.versions; });
+bool have_same_versions(const std::vector<CommittedMesh>& a, const std::vector<CommittedMesh>& b) {
+    return std::equal(
+        a.begin(), a.end(), b.begin(), b.end(),
+        [](const CommittedMesh& p, const CommittedMesh& q) { return p.versions == q.versions; });
 }
 
-bool has_moved(const Part& before, const Part& now) {
+bool has_moved(const CommittedMesh& before, const CommittedMesh& now) {
     return before.versions[0].pose != now.versions[0].pose ||
            before.versions[1].pose != now.versions[1].pose;
 }
 
-/// Computes what the tracer reads and what answers tell, which the parts of one mesh share.
-void prepare(std::vector<Part>& parts) {
-    std::map<const Geometry*, const Part*> first_of;
-    for (Part& part : parts) {
-        part.place();
-        const Part* const first = first_of.try_emplace(part.mesh.get(), &part).first->second;
-        if (first == &part) {
-            part.make_normals();
+/// Computes what the tracer reads and what answers tell, which the meshes of one mesh share.
+void prepare(std::vector<CommittedMesh>& meshes) {
+    std::map<const Geometry*, const CommittedMesh*> first_of;
+    for (CommittedMesh& mesh : meshes) {
+        mesh.place();
+        const CommittedMesh* const first =
+            first_of.try_emplace(mesh.geometry.get(), &mesh).first->second;
+        if (first == &mesh) {
+            mesh.make_normals();
         } else {
-            part.normals = first->normals;
+            mesh.normals = first->normals;
         }
-        part.measure();
-        if (!part.reads_far_vertex) continue;
-        part.has_own_positions = true;
-        part.place();
+        mesh.measure();
+        if (!mesh.reads_far_vertex) continue;
+        mesh.has_own_positions = true;
+        mesh.place();
     }
 }
 
-std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const BuildWay& way,
-                                          const morphray::Device& tracer) {
-    std::vector<std::vector<std::uint32_t>> triangles(parts.size());
+std::optional<morphray::Scene> build_tree(const std::vector<CommittedMesh>& meshes,
+                                          const BuildWay& way, const morphray::Device& tracer) {
+    std::vector<std::vector<std::uint32_t>> triangles(meshes.size());
     std::vector<morphray::MeshView> views;
-    for (std::size_t i = 0; i < parts.size(); ++i) views.push_back(parts[i].view(triangles[i]));
-    if (triangle_count(parts) == 0) return std::nullopt;
+    for (std::size_t i = 0; i < meshes.size(); ++i) views.push_back(meshes[i].view(triangles[i]));
+    if (triangle_count(meshes) == 0) return std::nullopt;
     morphray::SceneOptions options;
     if (way.is_refitted) options.update = morphray::Refit{};
     return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
@@ -73,15 +81,8 @@ void announce_unsupported(const std::string& reason) {
 /// Encloses the triangles that can be hit, and no vertex that none of them has.
 RTCBounds bounds_of(const Committed& committed) {
     Bounds all;
-    for (const Part& part : committed.parts) all.add(part.bounds);
-    RTCBounds result = {};
-    result.lower_x = all.lower[0];
-    result.lower_y = all.lower[1];
-    result.lower_z = all.lower[2];
-    result.upper_x = all.upper[0];
-    result.upper_y = all.upper[1];
-    result.upper_z = all.upper[2];
-    return result;
+    for (const CommittedMesh& mesh : committed.meshes) all.add(mesh.bounds);
+    return {all.lower.x, all.lower.y, all.lower.z, 0, all.upper.x, all.upper.y, all.upper.z, 0};
 }
 
 }  // namespace
@@ -90,14 +91,15 @@ void Committed::read_settings() {
     uses_masks = false;
     filters_hits = false;
     filters_occlusion = false;
-    for (Part& part : parts) {
-        uses_masks |= part.read_masks();
-        filters_hits |= part.mesh->intersect_filter != nullptr;
-        filters_occlusion |= part.mesh->occluded_filter != nullptr;
+    for (CommittedMesh& mesh : meshes) {
+        uses_masks |= mesh.read_masks();
+        filters_hits |= mesh.geometry->intersect_filter != nullptr;
+        filters_occlusion |= mesh.geometry->occluded_filter != nullptr;
     }
     std::set<unsigned int> different;
     if (uses_masks)
-        for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
+        for (const CommittedMesh& mesh : meshes)
+            different.insert(mesh.masks.begin(), mesh.masks.end());
     masks.assign(different.begin(), different.end());
 }
 
@@ -137,7 +139,7 @@ Geometry* SceneObject::find_locked(unsigned int id) const {
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     try {
-        commit_parts(collect_parts(attachments()));
+        commit_meshes(collect_meshes(attachments()));
     } catch (const Unsupported& what) {
         announce_unsupported(what.message);
         committed_ = nullptr;
@@ -148,56 +150,224 @@ void SceneObject::commit() {
     }
 }
 
-void SceneObject::commit_parts(std::vector<Part> parts) {
-    const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
-                         committed_->way == BuildWay{quality, is_any_refitted(parts)};
+void SceneObject::commit_meshes(std::vector<CommittedMesh> meshes) {
+    const bool is_kept = committed_ != nullptr && have_same_shape(committed_->meshes, meshes) &&
+                         committed_->way == BuildWay{quality, is_any_refitted(meshes)};
     const bool is_robust = (flags & RTC_SCENE_FLAG_ROBUST) != 0;
     if (is_kept && committed_->is_robust == is_robust &&
-        have_same_versions(committed_->parts, parts)) {
+        have_same_versions(committed_->meshes, meshes)) {
         return;
     }
-    if (!is_kept || !update(parts)) build(std::move(parts));
+    if (!is_kept || !update(meshes)) build(std::move(meshes));
     committed_->is_robust = is_robust;
     committed_->read_settings();
 }
 
-void SceneObject::build(std::vector<Part> parts) {
+void SceneObject::build(std::vector<CommittedMesh> meshes) {
     committed_ = nullptr;
     auto made = std::make_unique<Committed>();
-    made->way = {quality, is_any_refitted(parts)};
-    made->parts = std::move(parts);
-    for (Part& part : made->parts) part.find_used_vertices();
-    prepare(made->parts);
+    made->way = {quality, is_any_refitted(meshes)};
+    made->meshes = std::move(meshes);
+    for (CommittedMesh& mesh : made->meshes) mesh.find_used_vertices();
+    prepare(made->meshes);
     committed_ = std::move(made);
-    committed_->scene = build_tree(committed_->parts, committed_->way, device_->tracer());
+    committed_->scene = build_tree(committed_->meshes, committed_->way, device_->tracer());
 }
 
-/// Follows positions and transformations: `parts` have those of the caller.
-bool SceneObject::update(const std::vector<Part>& parts) {
+/// Follows positions and transformations: `meshes` have those of the caller.
+bool SceneObject::update(const std::vector<CommittedMesh>& meshes) {
     std::vector<std::size_t> moved;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        Part& part = committed_->parts[i];
-        if (has_moved(part, parts[i])) moved.push_back(i);
-        part.versions = parts[i].versions;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        CommittedMesh& mesh = committed_->meshes[i];
+        if (has_moved(mesh, meshes[i])) moved.push_back(i);
+        mesh.versions = meshes[i].versions;
     }
     for (const std::size_t i : moved) {
-        Part& part = committed_->parts[i];
-        const std::vector<std::size_t> left_out = std::move(part.left_out);
-        part.place();
-        if (!part.own_normals.empty()) part.make_normals();
-        part.measure();
-        if (part.reads_far_vertex || part.left_out != left_out) return false;
+        CommittedMesh& mesh = committed_->meshes[i];
+        const std::vector<std::size_t> left_out = std::move(mesh.left_out);
+        mesh.place();
+        if (!mesh.own_normals.empty()) mesh.make_normals();
+        mesh.measure();
+        if (mesh.reads_far_vertex || mesh.left_out != left_out) return false;
     }
     if (!moved.empty()) committed_->forget_boxes();
     if (moved.empty() || !committed_->scene) return true;
     if (moved.size() == 1) {
-        const Part& part = committed_->parts[moved.front()];
-        if (part.used_vertices == 0) return true;
-        committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0, part.used_vertices);
+        const CommittedMesh& mesh = committed_->meshes[moved.front()];
+        if (mesh.used_vertices == 0) return true;
+        committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0, mesh.used_vertices);
     } else {
         committed_->scene->update();
     }
     return true;
+}
+
+// ---- Point queries
+
+using Function = RTCPointQueryFunction;
+
+struct PrimBox : Bounds {
+    /// The mesh in Committed::meshes, and its primitive.
+    std::uint32_t mesh;
+    std::uint32_t prim_id;
+};
+
+/// A binary tree over medians of the longest axis; a node [first, last) has the middle's number.
+class BoxTree {
+public:
+    explicit BoxTree(std::vector<PrimBox> boxes);
+
+    /// The nearer half of each node comes first. `radius` is read again after each call.
+    template <class Visit>
+    void visit_near(const glm::vec3& point, const float& radius, Visit visit) const {
+        if (!boxes_.empty()) visit_range(0, boxes_.size(), point, radius, visit);
+    }
+
+private:
+    static constexpr std::size_t kLeaf = 4;
+
+    void build(std::size_t first, std::size_t last);
+    template <class Visit>
+    void visit_range(std::size_t first, std::size_t last, const glm::vec3& point,
+                     const float& radius, Visit& visit) const {
+        const auto is_near = [&](float distance2) { return distance2 <= radius * radius; };
+        if (last - first <= kLeaf) {
+            for (std::size_t i = first; i < last; ++i)
+                if (is_near(boxes_[i].distance2(point))) visit(boxes_[i]);
+            return;
+        }
+        const std::size_t middle = first + (last - first) / 2;
+        const float left = distance2(first, middle, point);
+        const float right = distance2(middle, last, point);
+        if (left <= right) {
+            if (is_near(left)) visit_range(first, middle, point, radius, visit);
+            if (is_near(right)) visit_range(middle, last, point, radius, visit);
+        } else {
+            if (is_near(right)) visit_range(middle, last, point, radius, visit);
+            if (is_near(left)) visit_range(first, middle, point, radius, visit);
+        }
+    }
+    float distance2(std::size_t first, std::size_t last, const glm::vec3& point) const {
+        return last - first <= kLeaf ? 0 : bounds_[first + (last - first) / 2].distance2(point);
+    }
+
+    std::vector<PrimBox> boxes_;
+    /// By node.
+    std::vector<Bounds> bounds_;
+};
+
+BoxTree::BoxTree(std::vector<PrimBox> boxes) : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
+    build(0, boxes_.size());
+}
+
+void BoxTree::build(std::size_t first, std::size_t last) {
+    if (last - first <= kLeaf) return;
+    Bounds around;
+    for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
+    int longest = 0;
+    for (int axis = 1; axis < 3; ++axis) {
+        if (around.upper[axis] - around.lower[axis] > around.upper[longest] - around.lower[longest])
+            longest = axis;
+    }
+    const std::size_t middle = first + (last - first) / 2;
+    bounds_[middle] = around;
+    const auto at = [&](std::size_t i) { return boxes_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(first), at(middle), at(last), [&](const PrimBox& a, const PrimBox& b) {
+        return a.lower[longest] + a.upper[longest] < b.lower[longest] + b.upper[longest];
+    });
+    build(first, middle);
+    build(middle, last);
+}
+
+namespace {
+
+/// The primitives whose vertices are all in range.
+std::vector<PrimBox> boxes_of(const std::vector<CommittedMesh>& meshes) {
+    std::vector<PrimBox> boxes;
+    for (std::size_t p = 0; p < meshes.size(); ++p) {
+        const CommittedMesh& mesh = meshes[p];
+        const std::size_t step = mesh.is_quads ? 2 : 1;
+        for (std::size_t triangle = 0; triangle < mesh.triangle_count(); triangle += step) {
+            PrimBox box = {
+                {}, static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(triangle / step)};
+            bool is_whole = true;
+            for (std::size_t half = 0; half < step && is_whole; ++half) {
+                std::array<std::uint32_t, 3> corners;
+                is_whole = mesh.find_traced_corners(triangle + half, corners);
+                for (std::size_t i = 0; i < 3 && is_whole; ++i) {
+                    const std::uint32_t vertex = corners[i];
+                    const morphray::Vec3 corner = mesh.placed_vertex(vertex);
+                    is_whole = is_whole && is_in_range(corner);
+                    box.add(corner);
+                }
+            }
+            if (is_whole) boxes.push_back(box);
+        }
+    }
+    return boxes;
+}
+
+/// The factor of lengths, if the transformation is a similarity; otherwise 0.
+float similarity_of(const Transform& t) {
+    const auto dot = [&](int i, int j) { return glm::dot(t.columns[i], t.columns[j]); };
+    const double scale2 = dot(0, 0);
+    const double most = 1e-5 * scale2;
+    const bool is_similarity =
+        std::abs(dot(1, 1) - scale2) <= most && std::abs(dot(2, 2) - scale2) <= most &&
+        std::abs(dot(0, 1)) <= most && std::abs(dot(0, 2)) <= most && std::abs(dot(1, 2)) <= most;
+    return is_similarity ? static_cast<float>(std::sqrt(scale2)) : 0.0f;
+}
+
+/// The context of an instance's mesh; that of the caller is as before afterwards.
+class InstanceScope {
+public:
+    InstanceScope(const CommittedMesh& mesh, RTCPointQueryContext& context)
+        : context_(context), before_(context) {
+        constexpr RTCFormat kFormat = RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR;
+        write_transform(mesh.to_object, kFormat, context.world2inst[0]);
+        write_transform(mesh.to_world, kFormat, context.inst2world[0]);
+        context.instID[0] = mesh.inst_id;
+#if MORPHRAY_EMBREE == 4
+        context.instPrimID[0] = 0;
+#endif
+        context.instStackSize = 1;
+    }
+    ~InstanceScope() { context_ = before_; }
+    InstanceScope(const InstanceScope&) = delete;
+
+private:
+    RTCPointQueryContext& context_;
+    const RTCPointQueryContext before_;
+};
+
+/// Returns whether a function changed the query. Functions may lower the radius.
+bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
+                Function function, void* user) {
+    bool has_changed = false;
+    committed.boxes().visit_near(
+        {query.x, query.y, query.z}, query.radius, [&](const PrimBox& box) {
+            const CommittedMesh& mesh = committed.meshes[box.mesh];
+            std::optional<InstanceScope> scope;
+            if (mesh.is_instance()) scope.emplace(mesh, context);
+            RTCPointQueryFunctionArguments arguments;
+            arguments.query = &query;
+            arguments.userPtr = user;
+            arguments.primID = box.prim_id;
+            arguments.geomID = mesh.geom_id;
+            arguments.context = &context;
+            arguments.similarityScale = mesh.is_instance() ? similarity_of(mesh.to_object) : 1.0f;
+            for (const Function each : {function, mesh.geometry->point_query})
+                if (each != nullptr) has_changed |= each(&arguments);
+        });
+    return has_changed;
+}
+
+}  // namespace
+
+const BoxTree& Committed::boxes() const {
+    const std::scoped_lock lock(boxes_mutex_);
+    if (made_boxes_ == nullptr) made_boxes_ = std::make_shared<BoxTree>(boxes_of(meshes));
+    return *made_boxes_;
 }
 
 }  // namespace mray::embree
@@ -289,5 +459,15 @@ void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         bounds->bounds0 = bounds->bounds1 = bounds_of(s.committed());
+    });
+}
+
+bool rtcPointQuery(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
+                   RTCPointQueryFunction function, void* user) {
+    return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
+        if (query == nullptr || context == nullptr) fail_argument("query or context is null");
+        if (context->instStackSize > 0)
+            fail_unsupported("point queries on a stack of instances are");
+        return visit_near(s.committed(), *query, *context, function, user);
     });
 }

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "library/embree/parts.h"
+#include "library/embree/committed_mesh.h"
 #include "morphray/scene.hpp"
 
 namespace mray::embree {
@@ -21,9 +21,9 @@ struct BuildWay {
     bool operator==(const BuildWay&) const = default;
 };
 
-/// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
+/// The scene as queries read it. Its meshes are the meshes of `scene`, by geom_id.
 struct Committed {
-    std::vector<Part> parts;
+    std::vector<CommittedMesh> meshes;
     /// A scene without triangles has none.
     std::optional<morphray::Scene> scene;
     BuildWay way;
@@ -82,10 +82,10 @@ public:
     RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
 
 private:
-    void commit_parts(std::vector<Part> parts);
-    void build(std::vector<Part> parts);
+    void commit_meshes(std::vector<CommittedMesh> meshes);
+    void build(std::vector<CommittedMesh> meshes);
     /// Returns false if the tree has other triangles than it must have at these positions.
-    bool update(const std::vector<Part>& parts);
+    bool update(const std::vector<CommittedMesh>& meshes);
 
     Ref<Device> device_;
     mutable std::mutex mutex_;

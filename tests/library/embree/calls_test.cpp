@@ -45,23 +45,23 @@ Point draw_point(Dice& dice) {
 
 /// The library's scene of the meshes, which ascend by their IDs.
 struct Model {
-    struct Part {
+    struct TracedMesh {
         unsigned int geom_id;
         bool is_quads;
         unsigned int mask;
         std::vector<Point> vertices;
         std::vector<std::uint32_t> triangles;
     };
-    std::vector<Part> parts;
+    std::vector<TracedMesh> traced;
     bool is_robust = false;
     std::optional<morphray::Scene> scene;
 
     void commit(const std::map<unsigned int, Mesh>& meshes, bool robust) {
         is_robust = robust;
-        parts.clear();
+        traced.clear();
         for (const auto& [id, mesh] : meshes) {
             if (!mesh.is_enabled) continue;
-            Part part{id, mesh.is_quads, mesh.mask, mesh.vertices, {}};
+            TracedMesh part{id, mesh.is_quads, mesh.mask, mesh.vertices, {}};
             const std::size_t count = mesh.vertices.size();
             // No primitive has a vertex so far away.
             for (Point& p : part.vertices)
@@ -83,10 +83,10 @@ struct Model {
                     add(c[0], c[1], c[2]);
                 }
             }
-            parts.push_back(std::move(part));
+            traced.push_back(std::move(part));
         }
         std::vector<morphray::MeshView> views;
-        for (const Part& part : parts)
+        for (const TracedMesh& part : traced)
             views.push_back({morphray::packed(part.vertices), part.triangles});
         scene = morphray::Scene::build(views, morphray::Device::brute_force({.threads = 1}));
     }
@@ -98,7 +98,7 @@ struct Model {
         const morphray::Ray asked{
             {r.org_x, r.org_y, r.org_z}, tnear, {r.dir_x, r.dir_y, r.dir_z}, r.tfar};
         for (morphray::Hit hit = scene->intersect(asked); hit; hit = scene->intersect(asked, hit)) {
-            const Part& part = parts[hit.geom_id];
+            const TracedMesh& part = traced[hit.geom_id];
             if ((part.mask & r.mask) == 0 || !(is_robust || hit.t > tnear)) continue;
             const bool is_second = part.is_quads && hit.prim_id % 2 == 1;
             ray.ray.tfar = hit.t;
@@ -268,7 +268,6 @@ private:
                 << ", t " << found.ray.tfar << "; expected geometry " << expected.hit.geomID
                 << ", primitive " << expected.hit.primID << ", t " << expected.ray.tfar;
             ASSERT_EQ(is_occluded(scene_, rays[i]), expected.hit.geomID != kInvalid);
-            ask_packet(rays[i], found);
             if (hit.geomID == kInvalid || rays.size() >= kMostRays) continue;
             // The same with an end of its interval at the hit.
             RTCRayHit again = rays[i];
@@ -278,20 +277,6 @@ private:
     }
 
     static bool same(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
-
-    /// One lane of a packet, the others of which are off.
-    void ask_packet(const RTCRayHit& ray, const RTCRayHit& expected) {
-        RTCRayHit16 packet;
-        std::memset(&packet, 0, sizeof packet);
-        alignas(64) int valid[16] = {};
-        const std::uint32_t lane = dice_.below(16);
-        valid[lane] = -1;
-        store_lane(&ray, &packet, 16, lane);
-        trace_packet(rtcIntersect16, valid, scene_, &packet);
-        RTCRayHit found = ray;
-        load_lane(&packet, &found, 16, lane);
-        ASSERT_TRUE(are_same(found, expected)) << "as lane " << lane << " of a packet";
-    }
 
     Dice dice_;
     const bool has_masks_;

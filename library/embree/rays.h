@@ -75,25 +75,25 @@ public:
     /// The closest hit with a mesh that the mask lets through; `found` is that of all meshes.
     morphray::Hit seen_hit(morphray::Hit found, const morphray::Ray& traced,
                            unsigned int ray_mask) const {
-        while (found && !committed_.parts[found.geom_id].sees(ray_mask))
-            found = next(traced, committed_.parts[found.geom_id], found);
+        while (found && !committed_.meshes[found.geom_id].sees(ray_mask))
+            found = next(traced, committed_.meshes[found.geom_id], found);
         return found;
     }
     /// One by one: a copy of a record that was just written would wait for the cache.
     void set_hit(const morphray::Hit& found, RTCHit& hit) const {
-        const Part& part = committed_.parts[found.geom_id];
-        const morphray::Vec3 normal = part.normals[found.prim_id];
+        const CommittedMesh& mesh = committed_.meshes[found.geom_id];
+        const morphray::Vec3 normal = mesh.normals[found.prim_id];
         hit.Ng_x = normal.x;
         hit.Ng_y = normal.y;
         hit.Ng_z = normal.z;
-        const bool is_second = part.is_quads && found.prim_id % 2 != 0;
+        const bool is_second = mesh.is_quads && found.prim_id % 2 != 0;
         hit.u = is_second ? 1 - found.u : found.u;
         hit.v = is_second ? 1 - found.v : found.v;
-        hit.primID = part.prim_id(found.prim_id);
-        hit.geomID = part.geom_id;
-        const bool is_instance = part.is_instance();
+        hit.primID = mesh.prim_id(found.prim_id);
+        hit.geomID = mesh.geom_id;
+        const bool is_instance = mesh.is_instance();
         const Context* const context = options_.context;
-        hit.instID[0] = is_instance          ? part.inst_id
+        hit.instID[0] = is_instance          ? mesh.inst_id
                         : context != nullptr ? context->instID[0]
                                              : kInvalid;
 #if MORPHRAY_EMBREE == 4
@@ -106,10 +106,10 @@ public:
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
 
 private:
-    bool passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const;
-    void call_filter(RTCFilterFunctionN filter, const Part& part, int& valid, RTCRay& ray,
+    bool passes_filters(const CommittedMesh& mesh, RTCRay& ray, RTCHit& hit) const;
+    void call_filter(RTCFilterFunctionN filter, const CommittedMesh& mesh, int& valid, RTCRay& ray,
                      RTCHit& hit, Context& context) const;
-    morphray::Hit next(const morphray::Ray& traced, const Part& part,
+    morphray::Hit next(const morphray::Ray& traced, const CommittedMesh& mesh,
                        const morphray::Hit& last) const;
     const Committed& committed_;
     QueryOptions options_;

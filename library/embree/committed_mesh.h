@@ -43,8 +43,8 @@ struct Bounds {
 };
 
 /// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
-struct Part {
-    Ref<Geometry> mesh;
+struct CommittedMesh {
+    Ref<Geometry> geometry;
     /// It is null if the mesh is attached to the scene itself.
     Ref<Geometry> instance;
     /// Mesh and instance had these at the last commit.
@@ -73,7 +73,7 @@ struct Part {
     /// Whether the tracer reads a finite vertex that is out of range where the caller has it.
     bool reads_far_vertex = false;
     /// The cross product of each triangle's edges, in the space of the mesh: looking up vertices
-    /// takes up to a quarter of a hit's time. Parts of one mesh share them.
+    /// takes up to a quarter of a hit's time. The meshes of one geometry share them.
     const morphray::Vec3* normals = nullptr;
     std::vector<morphray::Vec3> own_normals = {};
 
@@ -132,8 +132,8 @@ struct Part {
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
 /// The enabled meshes by the IDs on the way to them: ties go to the lowest. Throws Failure.
-std::vector<Part> collect_parts(const Attachments& attachments);
+std::vector<CommittedMesh> collect_meshes(const Attachments& attachments);
 
-bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b);
+bool have_same_shape(const std::vector<CommittedMesh>& a, const std::vector<CommittedMesh>& b);
 
 }  // namespace mray::embree

@@ -1,34 +1,35 @@
-#include "library/embree/parts.h"
+#include "library/embree/committed_mesh.h"
 
 #include "library/embree/scene.h"
 
 namespace mray::embree {
 namespace {
 
-Part make_part(const Ref<Geometry>& mesh, unsigned int id, const Ref<Geometry>& instance,
-               unsigned int inst_id) {
-    Part part{.mesh = mesh, .instance = instance, .geom_id = id, .inst_id = inst_id};
-    part.versions[0] = mesh->version;
-    if (part.is_instance()) part.versions[1] = instance->version;
-    part.vertices = mesh->buffer(RTC_BUFFER_TYPE_VERTEX, 0);
-    part.indices = mesh->buffer(RTC_BUFFER_TYPE_INDEX, 0);
-    part.is_quads = mesh->is_quads();
-    part.has_own_positions = part.is_instance();
-    return part;
+CommittedMesh make_mesh(const Ref<Geometry>& geometry, unsigned int id,
+                        const Ref<Geometry>& instance, unsigned int inst_id) {
+    CommittedMesh mesh{
+        .geometry = geometry, .instance = instance, .geom_id = id, .inst_id = inst_id};
+    mesh.versions[0] = geometry->version;
+    if (mesh.is_instance()) mesh.versions[1] = instance->version;
+    mesh.vertices = geometry->buffer(RTC_BUFFER_TYPE_VERTEX, 0);
+    mesh.indices = geometry->buffer(RTC_BUFFER_TYPE_INDEX, 0);
+    mesh.is_quads = geometry->is_quads();
+    mesh.has_own_positions = mesh.is_instance();
+    return mesh;
 }
 
 /// Appends the meshes of a scene, or of the scene of an instance.
 void collect(const Attachments& attachments, const Ref<Geometry>& instance, unsigned int inst_id,
-             std::vector<Part>& parts) {
+             std::vector<CommittedMesh>& meshes) {
     for (const auto& [id, geometry] : attachments) {
         if (!geometry->is_enabled) continue;
         if (const char* const what = geometry->unsupported()) fail_unsupported(what);
         if (!geometry->is_instance()) {
-            parts.push_back(make_part(geometry, id, instance, inst_id));
+            meshes.push_back(make_mesh(geometry, id, instance, inst_id));
         } else if (instance.get() != nullptr) {
             fail_unsupported("instances of scenes with instances are");
         } else if (const SceneObject* const scene = geometry->instanced.get()) {
-            collect(scene->attachments(), geometry, id, parts);
+            collect(scene->attachments(), geometry, id, meshes);
         }
     }
 }
@@ -40,7 +41,7 @@ bool is_far(const morphray::Vec3& p) {
 
 }  // namespace
 
-void Part::place() {
+void CommittedMesh::place() {
     if (!has_own_positions) return;
     own_positions.resize(vertices.count);
     const auto keep = [](const morphray::Vec3& p) {
@@ -58,7 +59,7 @@ void Part::place() {
         own_positions[i] = keep(to_world.point(keep(vertex(static_cast<std::uint32_t>(i)))));
 }
 
-void Part::make_normals() {
+void CommittedMesh::make_normals() {
     own_normals.resize(triangle_count());
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; i < own_normals.size(); ++i) {
@@ -74,7 +75,7 @@ void Part::make_normals() {
     normals = own_normals.data();
 }
 
-void Part::find_used_vertices() {
+void CommittedMesh::find_used_vertices() {
     std::vector<std::uint8_t> is_used(vertices.count);
     used_vertices = 0;
     is_whole = true;
@@ -92,7 +93,7 @@ void Part::find_used_vertices() {
     for (std::size_t i = 0; i < used_vertices; ++i) is_whole = is_whole && is_used[i] != 0;
 }
 
-void Part::measure() {
+void CommittedMesh::measure() {
     bounds = {};
     left_out.clear();
     reads_far_vertex = false;
@@ -123,12 +124,12 @@ void Part::measure() {
     }
 }
 
-bool Part::read_masks() {
-    masks = {mesh->mask, is_instance() ? instance->mask : mesh->mask};
-    return mesh->has_mask || (is_instance() && instance->has_mask);
+bool CommittedMesh::read_masks() {
+    masks = {geometry->mask, is_instance() ? instance->mask : geometry->mask};
+    return geometry->has_mask || (is_instance() && instance->has_mask);
 }
 
-morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
+morphray::MeshView CommittedMesh::view(std::vector<std::uint32_t>& triangles) const {
     morphray::MeshView view;
     if (used_vertices == 0) return view;
     if (has_own_positions) {
@@ -155,18 +156,19 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
     return view;
 }
 
-std::vector<Part> collect_parts(const Attachments& attachments) {
-    std::vector<Part> parts;
-    collect(attachments, {}, kInvalid, parts);
-    return parts;
+std::vector<CommittedMesh> collect_meshes(const Attachments& attachments) {
+    std::vector<CommittedMesh> meshes;
+    collect(attachments, {}, kInvalid, meshes);
+    return meshes;
 }
 
-bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Part& p, const Part& q) {
-        return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.mesh == q.mesh &&
-               p.instance == q.instance && p.versions[0].shape == q.versions[0].shape &&
-               p.versions[1].shape == q.versions[1].shape;
-    });
+bool have_same_shape(const std::vector<CommittedMesh>& a, const std::vector<CommittedMesh>& b) {
+    return std::equal(
+        a.begin(), a.end(), b.begin(), b.end(), [](const CommittedMesh& p, const CommittedMesh& q) {
+            return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.geometry == q.geometry &&
+                   p.instance == q.instance && p.versions[0].shape == q.versions[0].shape &&
+                   p.versions[1].shape == q.versions[1].shape;
+        });
 }
 
 }  // namespace mray::embree
