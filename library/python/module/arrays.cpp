@@ -3,7 +3,7 @@
 #include <functional>
 #include <utility>
 
-#include "library/python/module/bindings.h"
+#include "library/python/module/module.h"
 #include "morphray/error.hpp"
 
 namespace morphray::python {

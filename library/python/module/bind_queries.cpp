@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "library/python/module/bindings.h"
+#include "library/python/module/module.h"
 #include "library/python/module/scene.h"
 #include "morphray/queries.hpp"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "library/python/module/arrays.h"
-#include "library/python/module/interruptible.h"
+#include "library/python/module/module.h"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
