@@ -95,8 +95,9 @@ public:
     /// The nodes of the tree at the current positions. Valid until the next call of a function
     /// that is not finish().
     virtual std::span<const Node> nodes() = 0;
-    /// The tree at the current positions, which changes with them; null if it is on a device.
-    virtual const Bvh* host_tree() const { return nullptr; }
+    /// The tree at the current positions. A device reads it back once a pose. Valid until positions
+    /// or tree change; threads may read it.
+    virtual const Bvh& host_tree() = 0;
     virtual void read_tree(Bvh& bvh) = 0;
     /// Lets `edit` change the tree at the current positions. The result must be a tree over the
     /// same triangles whose boxes and vertices belong to these positions. `edit` runs in the

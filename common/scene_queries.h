@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/watch.h"
+#include "common/bvh/exact_closest.h"
 #include "common/interop/ray.h"
 
 namespace mray {
@@ -110,12 +111,21 @@ struct WindingQuery {
     Watch watch = {};
 };
 
-/// Finds the closest triangles whose squared distance is at most `most_d2`.
+/// The triangles that may exactly be the closest ones of points, for one point after the other.
+struct Rivals {
+    std::vector<NumberedTriangle> triangles;
+    /// Where those of each point end. A point that has too many gets one with kNoPrim.
+    std::vector<std::uint32_t> ends;
+};
+
+/// Finds the closest triangles whose squared distance is at most `most_d2`. Tracers on the host
+/// append their rivals where these are not null; a device knows none.
 struct ClosestQuery {
     std::span<const vec3> points;
     float most_d2;
     std::span<ClosestTriangle> closest;
     Watch watch = {};
+    Rivals* rivals = nullptr;
 };
 
 using QueryBatch = std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery>;

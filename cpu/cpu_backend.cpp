@@ -86,7 +86,7 @@ public:
 
     std::span<const Node> nodes() override { return bvh_.nodes; }
 
-    const Bvh* host_tree() const override { return &bvh_; }
+    const Bvh& host_tree() override { return bvh_; }
     void read_tree(Bvh& bvh) override { bvh = bvh_; }
 
     void edit_tree(const TreeEdit& edit) override {

@@ -186,6 +186,7 @@ void Queries::wind_part(const WindingQuery& query, std::size_t first, std::size_
 }
 
 void Queries::answer(const ClosestQuery& query) const {
+    assert(query.rivals == nullptr);
     std::vector<uvec4> points;
     std::vector<uvec4> answers;
     for_parts(query.points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {

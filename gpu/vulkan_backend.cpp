@@ -59,6 +59,7 @@ public:
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
                         std::span<const IndexRange> changed) override;
     std::span<const Node> nodes() override;
+    const Bvh& host_tree() override;
     void read_tree(Bvh& bvh) override;
     void edit_tree(const TreeEdit& edit) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
@@ -98,6 +99,8 @@ private:
     bool lacks_boxes_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;
+    /// host_tree(), where it has been read since positions or tree changed.
+    std::optional<Bvh> host_tree_;
     /// The nodes for nodes(), if the host does not see the device's.
     AlignedVector<Node> nodes_;
     BackendTimes times_;
@@ -118,6 +121,7 @@ RayPasses::Use VulkanBackend::use_ray_buffers() {
 }
 
 void VulkanBackend::keep_links(const Bvh& bvh) {
+    host_tree_.reset();
     links_.leaf_vertices = bvh.leaf_vertices;
     links_.leaf_parents = bvh.leaf_parents;
     links_.node_parents = bvh.node_parents;
@@ -176,6 +180,7 @@ std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent 
     const Stopwatch watch;
     planner_.advance(positions, changed);
     const RefitPlan plan = planner_.plan(links_, extent);
+    host_tree_.reset();
     times_.update.refit_ms = 0;
     defer_refit(lacks_boxes_ ? planner_.plan(links_, RefitExtent::kAll) : plan);
     times_.update.upload_ms = watch.ms();
@@ -218,6 +223,15 @@ void VulkanBackend::finish_refit() {
 std::span<const Node> VulkanBackend::nodes() {
     finish_refit();
     return scene_.nodes(transfer_, nodes_);
+}
+
+const Bvh& VulkanBackend::host_tree() {
+    if (!host_tree_) {
+        Bvh tree;
+        read_tree(tree);
+        host_tree_ = std::move(tree);
+    }
+    return *host_tree_;
 }
 
 void VulkanBackend::read_tree(Bvh& bvh) {

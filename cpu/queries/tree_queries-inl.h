@@ -14,7 +14,6 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
-#include "cpu/queries/tree_queries.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/simd/rounding_bounds.h"
 #include "cpu/single_ray/leaf-inl.h"

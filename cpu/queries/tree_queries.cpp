@@ -1,7 +1,6 @@
 #include "cpu/queries/tree_queries.h"
 
 #include <algorithm>
-#include <cassert>
 #include <variant>
 
 #undef HWY_TARGET_INCLUDE
@@ -131,23 +130,15 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     ask_one_by_one(0, points.size());
 }
 
-/// Looks for closer triangles than `closest`, and for rivals if `rivals` is not null.
-void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points,
-                            std::span<ClosestTriangle> closest, Rivals* rivals,
-                            const Watch& watch) {
-    std::uint32_t near_leaf = kNoPrim;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        watch.throw_if_cancelled();
-        ClosestSearch search(points[i], closest[i]);
-        search.search(bvh, near_leaf);
-        closest[i] = search.closest();
-        if (rivals != nullptr) search.append_to(*rivals, bvh);
-    }
-}
-
 void answer(const Bvh& bvh, const ClosestQuery& query) {
-    std::ranges::fill(query.closest, ClosestTriangle{query.most_d2, kNoPrim});
-    find_closest_triangles(bvh, query.points, query.closest, nullptr, query.watch);
+    std::uint32_t near_leaf = kNoPrim;
+    for (std::size_t i = 0; i < query.points.size(); ++i) {
+        query.watch.throw_if_cancelled();
+        ClosestSearch search(query.points[i], {query.most_d2, kNoPrim});
+        search.search(bvh, near_leaf);
+        query.closest[i] = search.closest();
+        if (query.rivals != nullptr) search.append_to(*query.rivals, bvh);
+    }
 }
 
 void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
@@ -166,18 +157,11 @@ namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(answer_batch);
-HWY_EXPORT(find_closest_triangles);
 
 }  // namespace
 
 TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh), answer_(SIMD_FUNCTION(answer_batch, target)) {}
-
-void find_rivals(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
-                 std::span<ClosestTriangle> closest, Rivals& rivals, const Watch& watch) {
-    assert(points.size() == closest.size());
-    SIMD_FUNCTION(find_closest_triangles, target)(bvh, points, closest, &rivals, watch);
-}
 
 }  // namespace mray::cpu
 

@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <vector>
 
 #include "common/interop/closest_rule.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/winding_rule.h"
+#include "cpu/simd/rounding_bounds.h"
 
 namespace mray::cpu {
 namespace {
@@ -42,6 +44,12 @@ void for_each_hit(const Topology& topology, std::span<const vec3> positions, con
 std::uint64_t border_flag(const Hit& hit) {
     return may_touch_border({hit.t, hit.u, hit.v}) ? kTouchesBorder : 0;
 }
+
+/// A triangle and a lower bound of its exact distance.
+struct Candidate {
+    float least;
+    NumberedTriangle triangle;
+};
 
 bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
 
@@ -147,14 +155,36 @@ void BruteTracer::answer(const WindingQuery& query) const {
 void BruteTracer::answer(const ClosestQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.watch.throw_if_cancelled();
+        const vec3& p = query.points[i];
         ClosestTriangle& closest = query.closest[i];
         closest = {query.most_d2, kNoPrim};
-        const auto compare = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-            if (!finite_vertices(a, b, c)) return;
-            const float d2 = triangle_distance2(query.points[i], a, b, c);
-            if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
-        };
-        for_each_mesh_triangle(*topology_, positions_, compare);
+        std::vector<Candidate> candidates;
+        // The exactly closest triangle is no farther than this.
+        float most = std::numeric_limits<float>::infinity();
+        std::uint32_t prim_id = 0;
+        for (const uvec3& t : topology_->triangles) {
+            const NumberedTriangle triangle{prim_id++,
+                                            {positions_[t.x], positions_[t.y], positions_[t.z]}};
+            const auto& [a, b, c] = triangle.corners;
+            if (!finite_vertices(a, b, c)) continue;
+            const float d2 = triangle_distance2(p, a, b, c);
+            if (is_closer(d2, triangle.prim_id, closest.d2, closest.prim_id))
+                closest = {d2, triangle.prim_id};
+            if (query.rivals == nullptr) continue;
+            const float size = std::max(
+                {largest_component(a - p), largest_component(b - p), largest_component(c - p)});
+            const float least = std::sqrt(d2) - kRuleExcess * size;
+            if (least > most) continue;
+            candidates.push_back({least, triangle});
+            most = std::min(most, std::sqrt(d2) + kRuleDefect * size +
+                                      kPointRounding * (largest_component(p) + 1));
+        }
+        if (query.rivals == nullptr) continue;
+        for (const Candidate& candidate : candidates) {
+            if (closest.prim_id != kNoPrim && candidate.least <= most)
+                query.rivals->triangles.push_back(candidate.triangle);
+        }
+        query.rivals->ends.push_back(static_cast<std::uint32_t>(query.rivals->triangles.size()));
     }
 }
 

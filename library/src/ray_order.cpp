@@ -1,5 +1,6 @@
 #include "library/src/ray_order.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>

@@ -1,21 +1,18 @@
-// Many rays and points: an order in which neighbours are alike, and runs that threads share.
+// An order of many rays or points in which neighbours are alike.
 #pragma once
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/base/thread_arena.h"
-#include "common/base/watch.h"
-#include "common/frame_times.h"
 #include "cpu/scene_space/ray_keys.h"
-#include "cpu/scene_space/to_scene.h"
 #include "morphray/geometry.hpp"
 
 namespace morphray::detail {
@@ -44,6 +41,21 @@ private:
     mray::AlignedVector<std::uint32_t> places_;
 };
 
+/// A sorter for many threads: one that finds it in use makes its own.
+class SharedRaySorter {
+public:
+    template <class Use>
+    void use(Use use) {
+        const std::unique_lock lock(mutex_, std::try_to_lock);
+        std::optional<RaySorter> own;
+        use(lock ? sorter_ : own.emplace());
+    }
+
+private:
+    std::mutex mutex_;
+    RaySorter sorter_;
+};
+
 /// Which points are neighbours.
 enum class PointOrder {
     places,   // those near each other
@@ -55,13 +67,6 @@ enum class PointOrder {
 /// somewhere. At most 2^32 points.
 std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by);
 
-/// Batches up to this size are traced in the calling thread; waking other threads takes longer.
-inline constexpr std::size_t kFewRays = 256;
-/// Rays that are converted and traced together, in memory on the stack.
-inline constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
-/// The first run of a thread where the caller may cancel: half a stream.
-inline constexpr std::size_t kLeastRun = 32;
-
 /// Calls `work(i)` for each i below `count`, in this thread if `arena` is null.
 template <class Work>
 void for_each_index(mray::ThreadArena* arena, std::size_t count, const Work& work) {
@@ -70,41 +75,6 @@ void for_each_index(mray::ThreadArena* arena, std::size_t count, const Work& wor
     } else {
         arena->execute([&] { tbb::parallel_for(std::size_t{0}, count, work); });
     }
-}
-
-/// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until the watch
-/// is cancelled. If it can be, and `least` is not 0, the first run is so long, and the others take
-/// some milliseconds.
-template <class Work>
-void for_runs_of(std::size_t begin, std::size_t end, mray::Watch watch, Work work,
-                 std::size_t most = kRun, std::size_t least = 0) {
-    constexpr double kWantedMs = 4;
-    const bool is_timed = least != 0 && watch.can_cancel();
-    for (std::size_t size = is_timed ? least : most; begin < end && !watch.is_cancelled();) {
-        const std::size_t count = std::min(size, end - begin);
-        const mray::Stopwatch clock;
-        work(begin, count);
-        begin += count;
-        if (!is_timed) continue;
-        const double wanted = static_cast<double>(count) * kWantedMs / std::max(clock.ms(), 1e-3);
-        size = std::clamp(static_cast<std::size_t>(wanted), least, most);
-    }
-}
-
-/// The same for the rays [0, total), in this thread if `arena` is null or they are few.
-template <class Work>
-void for_each_run(mray::ThreadArena* arena, std::size_t total, mray::Watch watch, Work work,
-                  std::size_t most = kRun) {
-    if (arena == nullptr || total <= kFewRays) {
-        for_runs_of(0, total, watch, work, most, kLeastRun);
-        return;
-    }
-    using Range = tbb::blocked_range<std::size_t>;
-    arena->execute([&] {
-        tbb::parallel_for(Range(0, total, kRun), [&](const Range& range) {
-            for_runs_of(range.begin(), range.end(), watch, work, most, kLeastRun);
-        });
-    });
 }
 
 }  // namespace morphray::detail

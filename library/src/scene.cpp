@@ -6,13 +6,35 @@
 #include <limits>
 #include <utility>
 
+#include <glm/common.hpp>
+
+#include "common/bvh/box.h"
+#include "common/bvh/bvh.h"
 #include "common/frame_times.h"
+#include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
 namespace detail {
 namespace {
+
+/// Throws Error(bad_argument) for an origin or bounds out of range.
+void check_bounds(const SceneOptions& options) {
+    // Positions are floats.
+    constexpr double kMost = std::numeric_limits<float>::max();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double origin = options.origin[axis];
+        if (!std::isfinite(origin)) throw_bad_argument("origin: must be finite");
+        if (!options.bounds) continue;
+        const double lower = options.bounds->lower[axis];
+        const double upper = options.bounds->upper[axis];
+        if (!std::isfinite(lower) || !std::isfinite(upper) || lower > upper)
+            throw_bad_argument("bounds: must be finite, with lower <= upper");
+        if (lower - origin < -kMost || upper - origin > kMost)
+            throw_bad_argument("bounds: must be within the range of floats");
+    }
+}
 
 /// Throws Error(bad_argument) for a budget or a number of poses out of range.
 mray::PolicySpec spec_of(const UpdatePolicy& policy) {
@@ -34,105 +56,219 @@ mray::PolicySpec spec_of(const UpdatePolicy& policy) {
     return {mray::PolicyKind::kAuto};
 }
 
-mray::UpdateConfig config_of(const UpdatePolicy& policy) {
-    const auto* const automatic = std::get_if<Auto>(&policy);
-    if (automatic == nullptr) return {};
-    return {.deterministic = automatic->deterministic,
-            .budget = automatic->budget,
-            .budget_ms = automatic->budget_ms};
+const SceneOptions& checked(const SceneOptions& options) {
+    check_bounds(options);
+    spec_of(options.update);
+    return options;
+}
+
+mray::UpdateConfig config_of(const SceneOptions& options) {
+    mray::UpdateConfig config{.record_cost_ratio = options.record_cost_ratio};
+    if (const auto* const automatic = std::get_if<Auto>(&options.update)) {
+        config.deterministic = automatic->deterministic;
+        config.budget = automatic->budget;
+        config.budget_ms = automatic->budget_ms;
+    }
+    return config;
+}
+
+/// At 0 the box around everything, at 1 those of the root's children, and so on, without empty
+/// ones. Leaves above the depth are left out; there is nothing below the tree.
+std::vector<mray::Box> boxes_at_depth(const mray::Bvh& tree, std::uint32_t depth) {
+    if (depth > tree.depth()) return {};
+    const mray::Box root = mray::node_box(tree.nodes.front());
+    std::vector<mray::Box> boxes;
+    if (depth == 0 && !root.empty()) boxes.push_back(root);
+    if (depth == 0) return boxes;
+    // The slots of a level hold the boxes of the next one.
+    for (std::uint32_t i = tree.level_begin[depth - 1]; i < tree.level_begin[depth]; ++i) {
+        for (std::uint32_t slot = 0; slot < mray::kWidth; ++slot) {
+            const mray::Box box = mray::slot_box(tree.nodes[i], slot);
+            if (!box.empty()) boxes.push_back(box);
+        }
+    }
+    return boxes;
 }
 
 }  // namespace
 
+SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
+                     const SceneOptions& options)
+    : device_(device), options_(checked(options)), pose_(options.bounds, options.origin, target()) {
+    for (const MeshView& mesh : meshes) meshes_.attach(mesh);
+    meshes_.make_changes();
+    read_list();
+    start(nullptr);
+}
+
+SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel)
+    : device_(device),
+      options_(other.options_),
+      meshes_(other.meshes_),
+      pose_(other.pose_),
+      left_out_(other.left_out_) {
+    options_.cancel = cancel;
+    mray::Bvh tree;
+    {
+        const std::scoped_lock lock(other.mutex_);
+        other.tracer_->read_tree(tree);
+    }
+    start(&tree);
+}
+
+/// Hands the meshes to the tracer with a tree, which is built if there is none.
+void SceneImpl::start(const mray::Bvh* tree) {
+    updater_.reset();
+    if (tracer_ == nullptr) tracer_ = DeviceImpl::of(device_).make_backend();
+    took_pose();
+    const mray::BuildConfig build{.threads = DeviceImpl::of(device_).threads(),
+                                  .watch = mray::Watch(options_.cancel)};
+    updater_ = std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
+                                                   spec_of(options_.update), build,
+                                                   config_of(options_), tree);
+    cost_.reset();
+}
+
+/// Drops what was made of the pose before.
+void SceneImpl::took_pose() {
+    space_.emplace(pose_.space(), target());
+    has_normals_of_pose_ = false;
+}
+
+/// Reads the positions of the list of meshes, as PoseReader::read_list().
 std::vector<mray::IndexRange> SceneImpl::read_list() {
     const mray::Stopwatch watch;
-    std::vector<mray::IndexRange> moved = pose.read_list(meshes, arena());
-    left_out = pose.left_out(meshes);
-    read_ms = watch.ms();
-    normals.reset();
-    edge_counts.reset();
+    std::vector<mray::IndexRange> moved = pose_.read_list(meshes_, arena());
+    left_out_ = pose_.left_out(meshes_);
+    read_ms_ = watch.ms();
+    normals_.reset();
+    edge_counts_.reset();
     return moved;
 }
 
-void SceneImpl::took_pose() {
-    space.emplace(pose.space(), target());
-    has_normals = false;
-    pose_tree.reset();
+/// Keeps other changes out.
+class SceneImpl::ChangeScope {
+public:
+    explicit ChangeScope(SceneImpl& scene) : is_changing_(scene.is_changing_) {
+        if (is_changing_.exchange(true)) {
+            throw Error(ErrorCode::busy,
+                        "another thread is changing this scene; update() takes one at a time");
+        }
+        try {
+            scene.require_usable();
+        } catch (...) {
+            is_changing_ = false;
+            throw;
+        }
+    }
+    ~ChangeScope() { is_changing_ = false; }
+    ChangeScope(const ChangeScope&) = delete;
+
+private:
+    std::atomic<bool>& is_changing_;
+};
+
+std::uint32_t SceneImpl::attach(const MeshView& mesh) {
+    const ChangeScope scope(*this);
+    return meshes_.attach(mesh);
 }
 
-void SceneImpl::start(const mray::Bvh* tree) {
-    updater.reset();
-    if (tracer == nullptr) tracer = DeviceImpl::of(device).make_backend();
-    took_pose();
-    mray::UpdateConfig config = config_of(options.update);
-    config.record_cost_ratio = options.record_cost_ratio;
-    const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
-                                  .watch = mray::Watch(options.cancel)};
-    updater = std::make_unique<mray::TreeUpdater>(meshes.topology(), pose.positions(), *tracer,
-                                                  spec_of(options.update), build, config, tree);
-    cost.reset();
+void SceneImpl::detach(std::uint32_t geom_id) {
+    const ChangeScope scope(*this);
+    meshes_.detach(geom_id);
 }
 
+/// Calls work(), which changes the tree. Its errors break the scene.
+template <class Work>
+Update SceneImpl::run_update(Work work) {
+    try {
+        return with_public_errors([&] {
+            work();
+            return to_public(updater_->last());
+        });
+    } catch (const Error& error) {
+        broken_ = error;
+        throw;
+    }
+}
+
+Update SceneImpl::update_all(bool takes_bounds) {
+    const ChangeScope scope(*this);
+    return run_update([&] {
+        if (takes_bounds) pose_.forget_bounds();
+        if (meshes_.has_changes()) return change_meshes();
+        std::vector<MeshVertices> vertices;
+        for (const MeshSlot& mesh : meshes_.slots())
+            if (mesh.used && mesh.deforms) vertices.push_back({&mesh, 0, mesh.positions.count});
+        follow(vertices);
+    });
+}
+
+const MeshSlot& SceneImpl::mesh_to_update(std::uint32_t geom_id) const {
+    const MeshSlot* const mesh = meshes_.find(geom_id);
+    if (mesh == nullptr) throw_bad_argument("the scene has no mesh with geom_id {}", geom_id);
+    if (meshes_.has_changes()) {
+        throw_bad_argument(
+            "meshes have been attached or detached; call update() without a mesh first");
+    }
+    return *mesh;
+}
+
+Update SceneImpl::update_mesh(std::uint32_t geom_id, std::size_t first, std::size_t count) {
+    const ChangeScope scope(*this);
+    const MeshSlot& mesh = mesh_to_update(geom_id);
+    const std::size_t all = mesh.positions.count;
+    if (first > all || count > all - first) {
+        throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count, first,
+                           all);
+    }
+    return run_update([&] { follow(std::vector<MeshVertices>{{&mesh, first, count}}); });
+}
+
+Update SceneImpl::update_mesh(std::uint32_t geom_id, const Positions& positions) {
+    const ChangeScope scope(*this);
+    const MeshSlot& mesh = mesh_to_update(geom_id);
+    meshes_.set_positions(geom_id, positions);
+    return run_update([&] { follow(std::vector<MeshVertices>{{&mesh, 0, positions.count}}); });
+}
+
+/// Makes the changes of the list of meshes, and brings the tree to them.
 void SceneImpl::change_meshes() {
-    updater->end_background_build();
-    const mray::TopologyChange change = meshes.make_changes();
-    const mray::SceneSpace space_before = pose.space();
+    updater_->end_background_build();
+    const mray::TopologyChange change = meshes_.make_changes();
+    const mray::SceneSpace space_before = pose_.space();
     const std::vector<mray::IndexRange> moved = read_list();
-    if (pose.space() == space_before && updater->change_topology(pose.positions(), change, moved)) {
+    if (pose_.space() == space_before &&
+        updater_->change_topology(pose_.positions(), change, moved)) {
         took_pose();
-        cost.reset();
+        cost_.reset();
     } else {
         start(nullptr);
     }
 }
 
-void SceneImpl::follow(std::span<const PoseReader::Piece> pieces) {
+/// Reads these vertices again, and brings the tree to them.
+void SceneImpl::follow(std::span<const MeshVertices> vertices) {
     const mray::Stopwatch watch;
-    const std::vector<mray::IndexRange> changed = pose.read_pieces(meshes, pieces, arena());
-    left_out = pose.left_out(meshes);
-    read_ms = watch.ms();
+    const std::vector<mray::IndexRange> changed = pose_.read(meshes_, vertices, arena());
+    left_out_ = pose_.left_out(meshes_);
+    read_ms_ = watch.ms();
     took_pose();
-    updater->frame_done({.ms = cost.ms(), .rays = cost.rays()});
-    cost.reset();
-    updater->update(pose.positions(), changed);
-}
-
-}  // namespace detail
-
-namespace {
-
-using detail::MeshList;
-using detail::SceneImpl;
-using detail::throw_bad_argument;
-using detail::with_public_errors;
-using detail::with_scene;
-
-void check_bounds(const SceneOptions& options) {
-    // Positions are floats.
-    constexpr double kMost = std::numeric_limits<float>::max();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double origin = options.origin[axis];
-        if (!std::isfinite(origin)) throw_bad_argument("origin: must be finite");
-        if (!options.bounds) continue;
-        const double lower = options.bounds->lower[axis];
-        const double upper = options.bounds->upper[axis];
-        if (!std::isfinite(lower) || !std::isfinite(upper) || lower > upper)
-            throw_bad_argument("bounds: must be finite, with lower <= upper");
-        if (lower - origin < -kMost || upper - origin > kMost)
-            throw_bad_argument("bounds: must be within the range of floats");
-    }
+    updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
+    cost_.reset();
+    updater_->update(pose_.positions(), changed);
 }
 
 // Both name the same steps in one order.
 static_assert(static_cast<int>(Step::swap) == static_cast<int>(mray::TreeStep::kSwapped));
 
-Update to_public(const mray::TreeUpdate& update, const SceneImpl& scene) {
+Update SceneImpl::to_public(const mray::TreeUpdate& update) const {
     return {.step = static_cast<Step>(update.step),
             .reason = update.reason,
             .cost_ratio = update.cost_ratio,
             .build_pending = update.build_pending,
-            .left_out = scene.left_out,
-            .read_ms = scene.read_ms,
+            .left_out = left_out_,
+            .read_ms = read_ms_,
             .upload_ms = update.times.upload_ms,
             .refit_ms = update.times.refit_ms,
             .decide_ms = update.times.decide_ms,
@@ -140,79 +276,35 @@ Update to_public(const mray::TreeUpdate& update, const SceneImpl& scene) {
             .rebuild_ms = update.times.rebuild_ms};
 }
 
-/// A call that changes the scene: keeps other threads out, and notes a fatal error.
-class Change {
-public:
-    explicit Change(const std::unique_ptr<SceneImpl>& impl) : scene_(require(impl)) {
-        if (scene_.is_changing.exchange(true)) {
-            throw Error(ErrorCode::busy,
-                        "another thread is changing this scene; update() takes one at a time");
-        }
-    }
-    ~Change() { scene_.is_changing = false; }
-    Change(const Change&) = delete;
-
-    SceneImpl& usable() const {
-        scene_.require_usable();
-        return scene_;
-    }
-
-    template <class Work>
-    Update run(Work work) {
-        usable();
-        try {
-            return with_public_errors([&] {
-                work(scene_);
-                return to_public(scene_.updater->last(), scene_);
-            });
-        } catch (const Error& error) {
-            scene_.broken = error;
-            throw;
-        }
-    }
-
-private:
-    SceneImpl& scene_;
-};
-
-/// Reads positions [first, first + count) of a mesh; prepare(scene, mesh) returns both.
-template <class Prepare>
-Update update_mesh(const std::unique_ptr<SceneImpl>& impl, std::uint32_t geom_id, Prepare prepare) {
-    return with_public_errors([&] {
-        Change change(impl);
-        SceneImpl& scene = change.usable();
-        const detail::MeshPlace* const mesh = scene.meshes.find(geom_id);
-        if (mesh == nullptr) throw_bad_argument("the scene has no mesh with geom_id {}", geom_id);
-        if (scene.meshes.has_changes()) {
-            throw_bad_argument(
-                "meshes have been attached or detached; call update() without a mesh first");
-        }
-        const std::pair<std::size_t, std::size_t> range = prepare(scene, *mesh);
-        return change.run([&](SceneImpl& changed) {
-            changed.follow(
-                std::vector<detail::PoseReader::Piece>{{mesh, range.first, range.second}});
-        });
-    });
+void SceneImpl::fetch_tree() {
+    if (tracer_->info().answers_threads) return;
+    const std::scoped_lock lock(mutex_);
+    tracer_->host_tree();
 }
 
-/// Scene::update(), and update_with_new_bounds() if it takes bounds.
-Update update_all(const std::unique_ptr<SceneImpl>& impl, bool takes_bounds) {
-    return with_public_errors([&] {
-        return Change(impl).run([&](SceneImpl& scene) {
-            if (takes_bounds) scene.pose.forget_bounds();
-            if (scene.meshes.has_changes()) {
-                scene.change_meshes();
-                return;
-            }
-            std::vector<detail::PoseReader::Piece> pieces;
-            for (const detail::MeshPlace& mesh : scene.meshes.places())
-                if (mesh.used && mesh.deforms) pieces.push_back({&mesh, 0, mesh.positions.count});
-            scene.follow(pieces);
-        });
-    });
+const mray::VertexNormals& SceneImpl::normals() {
+    if (!has_normals_of_pose_) {
+        if (!normals_) normals_.emplace(meshes_.topology().triangles, meshes_.normal_ids());
+        arena().execute([&] { normals_->update(pose_.positions()); });
+        has_normals_of_pose_ = true;
+    }
+    return *normals_;
 }
 
-}  // namespace
+const EdgeCounts& SceneImpl::edge_counts() {
+    if (!edge_counts_) {
+        const mray::EdgeCounts counts = mray::count_edges(meshes_.topology(), pose_.positions());
+        edge_counts_ = {counts.open, counts.shared, counts.turned, counts.uneven, counts.twins};
+    }
+    return *edge_counts_;
+}
+
+}  // namespace detail
+
+using detail::require;
+using detail::SceneImpl;
+using detail::with_public_errors;
+using detail::with_scene;
 
 UpdatePolicy parse_update_policy(const std::string& text) {
     return with_public_errors([&]() -> UpdatePolicy {
@@ -245,105 +337,124 @@ Scene Scene::build(const MeshView& mesh, const Device& device, const SceneOption
 
 Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
                    const SceneOptions& options) {
-    return with_public_errors([&] {
-        check_bounds(options);
-        detail::spec_of(options.update);
-        auto scene = std::make_unique<SceneImpl>(
-            device, options,
-            detail::PoseReader(options.bounds, options.origin,
-                               detail::DeviceImpl::of(device).simd_target()));
-        for (const MeshView& mesh : meshes) scene->meshes.attach(mesh);
-        scene->meshes.make_changes();
-        scene->read_list();
-        scene->start(nullptr);
-        return Scene(std::move(scene));
-    });
+    return with_public_errors(
+        [&] { return Scene(std::make_unique<SceneImpl>(meshes, device, options)); });
 }
 
 Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
-        SceneOptions options = scene.options;
-        options.cancel = cancel;
-        auto other = std::make_unique<SceneImpl>(device, options, scene.pose);
-        other->meshes = scene.meshes;
-        other->left_out = scene.left_out;
-        mray::Bvh tree;
-        {
-            const std::scoped_lock lock(scene.mutex);
-            scene.tracer->read_tree(tree);
-        }
-        other->start(&tree);
-        return Scene(std::move(other));
+        return Scene(std::make_unique<SceneImpl>(scene, device, cancel));
     });
 }
 
-Update Scene::update() { return update_all(impl_, false); }
+Update Scene::update() {
+    return with_public_errors([&] { return require(impl_).update_all(false); });
+}
 
-Update Scene::update_with_new_bounds() { return update_all(impl_, true); }
+Update Scene::update_with_new_bounds() {
+    return with_public_errors([&] { return require(impl_).update_all(true); });
+}
 
 Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
-    return update_mesh(impl_, geom_id, [&](SceneImpl&, const detail::MeshPlace& mesh) {
-        if (first > mesh.positions.count || count > mesh.positions.count - first) {
-            throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count,
-                               first, mesh.positions.count);
-        }
-        return std::pair(first, count);
-    });
+    return with_public_errors([&] { return require(impl_).update_mesh(geom_id, first, count); });
 }
 
 Update Scene::update(std::uint32_t geom_id, const Positions& positions) {
-    return update_mesh(impl_, geom_id, [&](SceneImpl& scene, const detail::MeshPlace&) {
-        scene.meshes.set_positions(geom_id, positions);
-        return std::pair(std::size_t{0}, positions.count);
-    });
+    return with_public_errors([&] { return require(impl_).update_mesh(geom_id, positions); });
 }
 
 std::uint32_t Scene::attach(const MeshView& mesh) {
-    return with_public_errors([&] { return Change(impl_).usable().meshes.attach(mesh); });
+    return with_public_errors([&] { return require(impl_).attach(mesh); });
 }
 
 void Scene::detach(std::uint32_t geom_id) {
-    with_public_errors([&] { Change(impl_).usable().meshes.detach(geom_id); });
+    with_public_errors([&] { require(impl_).detach(geom_id); });
 }
 
 Update Scene::last_update() const {
     return with_scene(impl_, [](SceneImpl& scene) {
-        const std::scoped_lock lock(scene.mutex);
-        return to_public(scene.updater->finish(), scene);
+        const std::scoped_lock lock(scene.mutex());
+        return scene.finish_update();
+    });
+}
+
+Image Scene::render(const View& view) const {
+    Image image;
+    render(view, image);
+    return image;
+}
+
+void Scene::render(const View& view, Image& image) const {
+    with_scene(impl_, [&](SceneImpl& scene) { detail::render(scene, view, image); });
+}
+
+TreeStatistics Scene::tree_statistics() const {
+    return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
+        const std::scoped_lock lock(scene.mutex());
+        const mray::Bvh& tree = scene.tracer().host_tree();
+        const mray::BvhStats stats = mray::bvh_stats(tree);
+        return {stats.sah_cost, stats.node_count, stats.leaf_count,
+                stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
+    });
+}
+
+std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
+    return with_scene(impl_, [&](SceneImpl& scene) {
+        const std::scoped_lock lock(scene.mutex());
+        std::vector<Box> boxes;
+        for (const mray::Box& box : detail::boxes_at_depth(scene.tracer().host_tree(), depth)) {
+            const auto corner = [&](const mray::vec3& p) {
+                const glm::dvec3 world(scene.pose().space().to_world(p));
+                return mray::to_point(scene.pose().origin().from_world(world));
+            };
+            boxes.push_back({corner(box.lower), corner(box.upper)});
+        }
+        return boxes;
+    });
+}
+
+Box Scene::bounds() const {
+    return with_scene(impl_, [](SceneImpl& scene) {
+        glm::dvec3 lower(std::numeric_limits<double>::infinity());
+        glm::dvec3 upper = -lower;
+        const detail::PoseReader& pose = scene.pose();
+        for (std::uint32_t vertex = 0; vertex < pose.positions().size(); ++vertex) {
+            if (pose.positions()[vertex].x == mray::kInvalidCoordinate) continue;
+            const glm::dvec3 p = pose.origin().from_world(glm::dvec3(pose.world_position(vertex)));
+            lower = glm::min(lower, p);
+            upper = glm::max(upper, p);
+        }
+        return Box{mray::to_point(lower), mray::to_point(upper)};
     });
 }
 
 EdgeCounts Scene::edge_counts() const {
     return with_scene(impl_, [](SceneImpl& scene) {
-        const std::scoped_lock lock(scene.mutex);
-        if (!scene.edge_counts) {
-            const mray::EdgeCounts counts =
-                mray::count_edges(scene.meshes.topology(), scene.pose.positions());
-            scene.edge_counts = {counts.open, counts.shared, counts.turned, counts.uneven,
-                                 counts.twins};
-        }
-        return *scene.edge_counts;
+        const std::scoped_lock lock(scene.mutex());
+        return scene.edge_counts();
     });
 }
 
-const Device& Scene::device() const { return require(impl_).device; }
+const Device& Scene::device() const { return require(impl_).device(); }
 
-const Point& Scene::origin() const { return require(impl_).options.origin; }
+const Point& Scene::origin() const { return require(impl_).options().origin; }
 
 Vec3 Scene::less_origin(const Point& point) const {
-    const mray::vec3 p = require(impl_).pose.origin().to_world({point[0], point[1], point[2]});
+    const mray::vec3 p = require(impl_).pose().origin().to_world({point[0], point[1], point[2]});
     return {p.x, p.y, p.z};
 }
 
 Point Scene::plus_origin(const Vec3& point) const {
-    const glm::dvec3 p = require(impl_).pose.origin().from_world({point.x, point.y, point.z});
+    const glm::dvec3 p = require(impl_).pose().origin().from_world({point.x, point.y, point.z});
     return {p.x, p.y, p.z};
 }
 
 std::uint64_t Scene::triangle_count() const {
-    return require(impl_).meshes.topology().triangles.size();
+    return require(impl_).meshes().topology().triangles.size();
 }
 
-std::uint64_t Scene::vertex_count() const { return require(impl_).meshes.topology().vertex_count; }
+std::uint64_t Scene::vertex_count() const {
+    return require(impl_).meshes().topology().vertex_count;
+}
 
 }  // namespace morphray

@@ -1,4 +1,4 @@
-// The members of Scene that ask about points.
+// The members of Scene that answer queries about points.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,13 +12,15 @@
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
 #include "cpu/simd/rounding_bounds.h"
-#include "library/src/scene_impl.h"
+#include "library/src/query_batches.h"
 
 namespace morphray {
 namespace {
 
-using detail::ask_in_parts;
+using detail::for_runs_of;
 using detail::PointOrder;
+using detail::query_on_host;
+using detail::query_tracer;
 using detail::require_room;
 using detail::SceneImpl;
 using detail::throw_bad_argument;
@@ -115,7 +117,7 @@ void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
         throw_bad_argument("visible and excluded are options of rays, not of points");
     require_room(points.size(), "points", answers.size());
     const mray::Watch watch(options.cancel);
-    detail::for_runs_of(
+    for_runs_of(
         0, points.size(), watch,
         [&](std::size_t first, std::size_t count) {
             work(points.subspan(first, count), answers.subspan(first, count));
@@ -124,30 +126,28 @@ void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
     watch.throw_if_cancelled();
 }
 
-/// Asks find(points, answers, index) about the points in their order, where index(i) is the number
-/// of points[i] among all, and calls visit(i, answer) for each of them that is finite.
+/// Calls find(points, answers, index) for the points [begin, begin + size) in their order, where
+/// points[i] has the number index(i) among all, and visit(i, answer) for each that is finite.
 template <class Answer, class Find, class Visit>
-void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options, Find find,
-                Visit visit) {
-    ask_in_parts(scene, points.points.size(), options, [&](std::size_t begin, std::size_t size) {
-        std::vector<mray::vec3> asked(size);
-        std::vector<Answer> answers(size);
-        const auto index = [&](std::size_t i) {
-            return points.order.empty() ? begin + i : points.order[begin + i];
-        };
-        for (std::size_t i = 0; i < size; ++i) asked[i] = points.points[index(i)];
-        find(std::span<const mray::vec3>(asked), std::span(answers), index);
-        for (std::size_t i = 0; i < size; ++i)
-            if (points.is_finite[index(i)] != 0) visit(index(i), answers[i]);
-    });
+void query_ordered(const ScenePoints& points, std::size_t begin, std::size_t size, Find find,
+                   Visit visit) {
+    std::vector<mray::vec3> ordered(size);
+    std::vector<Answer> answers(size);
+    const auto index = [&](std::size_t i) {
+        return points.order.empty() ? begin + i : points.order[begin + i];
+    };
+    for (std::size_t i = 0; i < size; ++i) ordered[i] = points.points[index(i)];
+    find(std::span<const mray::vec3>(ordered), std::span(answers), index);
+    for (std::size_t i = 0; i < size; ++i)
+        if (points.is_finite[index(i)] != 0) visit(index(i), answers[i]);
 }
 
 mray::vec3 to_vector(const Vec3& p) { return {p.x, p.y, p.z}; }
 
 mray::Corners world_corners(const SceneImpl& scene, std::uint32_t prim_id) {
-    const mray::uvec3 t = scene.meshes.topology().triangles[prim_id];
-    return {scene.pose.world_position(t.x), scene.pose.world_position(t.y),
-            scene.pose.world_position(t.z)};
+    const mray::uvec3 t = scene.meshes().topology().triangles[prim_id];
+    return {scene.pose().world_position(t.x), scene.pose().world_position(t.y),
+            scene.pose().world_position(t.z)};
 }
 
 /// Finds crossings exactly, and calls visit(i, winding) for each point that is finite.
@@ -157,7 +157,7 @@ void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& optio
     const auto find = [&](auto asked, auto answers, auto index) {
         std::vector<mray::FloatWinding> windings(asked.size());
         std::vector<mray::UncertainCrossing> uncertain;
-        scene.tracer->query(mray::WindingQuery{asked, windings, uncertain, watch});
+        scene.tracer().query(mray::WindingQuery{asked, windings, uncertain, watch});
         for (std::size_t i = 0; i < answers.size(); ++i)
             answers[i] = {windings[i].winding, windings[i].crossings, false};
         for (const mray::UncertainCrossing& one : uncertain) {
@@ -168,7 +168,9 @@ void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& optio
             answers[one.point].add(mray::exact_crossing(to_vector(points.world[at]), a, b, c));
         }
     };
-    ask_points<PointWinding>(scene, points, options, find, visit);
+    query_tracer(scene, points.points.size(), options, [&](std::size_t begin, std::size_t size) {
+        query_ordered<PointWinding>(points, begin, size, find, visit);
+    });
 }
 
 /// At least the squares of distances by the rule, in scene space, of triangles that are no farther
@@ -179,7 +181,7 @@ float most_d2(const SceneImpl& scene, float max_distance) {
     // The next float, because distances are rounded, by up to a half of them if they are denormals;
     // and a little more than its square.
     const double exact =
-        scene.pose.space().length_to_scene(std::nextafter(max_distance, kInfinity));
+        scene.pose().space().length_to_scene(std::nextafter(max_distance, kInfinity));
     // The largest coordinate of a corner relative to a point so near; the point's own is smaller.
     const double size = 2 * mray::kSceneExtent + exact;
     const double most = exact + size * (mray::cpu::kRuleExcess + mray::cpu::kPointRounding);
@@ -188,12 +190,12 @@ float most_d2(const SceneImpl& scene, float max_distance) {
 
 /// The exactly closest triangle, with kNoPrim if there is none. `rivals` has all that it may be if
 /// p is within.
-mray::NumberedTriangle closest_triangle(SceneImpl& scene, const mray::dvec3& p,
+mray::NumberedTriangle closest_triangle(const mray::Bvh& tree, const mray::dvec3& p,
                                         std::span<const mray::NumberedTriangle> rivals) {
-    if (!is_within(p)) return mray::exact_closest(scene.tree(), p);
+    if (!is_within(p)) return mray::exact_closest(tree, p);
     if (rivals.empty()) return {mray::kNoPrim, {}};
     const bool are_too_many = rivals.front().prim_id == mray::kNoPrim;
-    return are_too_many ? mray::exact_closest(scene.tree(), p) : mray::exact_closest(p, rivals);
+    return are_too_many ? mray::exact_closest(tree, p) : mray::exact_closest(p, rivals);
 }
 
 /// The place on a triangle that is the closest one to the point p, which is `world`.
@@ -203,7 +205,7 @@ PlacedTriangle place_on(const SceneImpl& scene, const mray::NumberedTriangle& tr
     double distance = mray::distance_in_doubles(p, triangle.corners, place.weights);
     // Nearer, the rounding of coordinates to the grid of scene space may count.
     distance = distance >= 0x1p-14
-                   ? scene.pose.space().length_to_world(distance)
+                   ? scene.pose().space().length_to_world(distance)
                    : mray::exact_distance_of(mray::dvec3(to_vector(world)),
                                              world_corners(scene, triangle.prim_id));
     const auto& [first, second, third] = place.weights;
@@ -219,14 +221,21 @@ PlacedTriangle place_on(const SceneImpl& scene, const mray::NumberedTriangle& tr
     return placed;
 }
 
-/// The exactly closest triangles of `run`, the points index(i), and the places on them. None is
-/// farther than `found`.
+/// Finds the exactly closest triangles of `run`, the points index(i), and the places on them. None
+/// is farther than most_d2 allows.
 template <class Index>
 void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
-                 Index index, std::span<mray::ClosestTriangle> found, const mray::Watch& watch,
+                 Index index, float most_d2, const mray::Watch& watch,
                  std::span<PlacedTriangle> placed) {
-    mray::cpu::Rivals rivals;
-    mray::cpu::find_rivals(scene.tree(), scene.target(), run, found, rivals, watch);
+    const mray::Bvh& tree = scene.tracer().host_tree();
+    std::vector<mray::ClosestTriangle> found(run.size());
+    mray::Rivals rivals;
+    const mray::ClosestQuery query{run, most_d2, found, watch, &rivals};
+    if (scene.tracer().info().answers_threads) {
+        scene.tracer().query(query);
+    } else {
+        mray::cpu::TreeQueries(tree, scene.target())(query);
+    }
     // Together: each would be waited for in the loop below.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
@@ -235,34 +244,44 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
         watch.throw_if_cancelled();
         const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
         first = rivals.ends[i];
-        const mray::NumberedTriangle closest = closest_triangle(scene, exact[i], own);
+        const mray::NumberedTriangle closest = closest_triangle(tree, exact[i], own);
         if (closest.prim_id != mray::kNoPrim && asked.is_finite[index(i)] != 0)
             placed[i] = place_on(scene, closest, exact[i], asked.world[index(i)]);
     }
 }
 
-/// The distances of the closest triangles of `run`; infinite if there is none. They are those of
-/// places near a surface and far away, elsewhere those of the rule, which take less time.
+/// Finds the distances of the closest triangles of `run`; infinite if there is none. Those near a
+/// surface and far away are the distances of places, the others those of the rule, which is faster.
 template <class Index>
 void find_distances(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
-                    Index index, float most, const mray::Watch& watch, std::span<float> distances) {
+                    Index index, float most_d2, const mray::Watch& watch,
+                    std::span<float> distances) {
     std::vector<mray::ClosestTriangle> found(run.size());
-    scene.tracer->query(mray::ClosestQuery{run, most, found, watch});
+    scene.tracer().query(mray::ClosestQuery{run, most_d2, found, watch});
+    std::vector<mray::vec3> near;
+    std::vector<std::size_t> near_numbers;
+    float most_near_d2 = 0;
     for (std::size_t i = 0; i < run.size(); ++i) {
         const mray::dvec3& p = asked.exact[index(i)];
         const bool is_none = found[i].prim_id == mray::kNoPrim;
         const double distance = is_none ? kInfinity : std::sqrt(double{found[i].d2});
-        if (is_within(p) && distance > kNearPart * (mray::kSceneExtent + largest_of(p))) {
+        if (!is_within(p)) {
+            near_numbers.push_back(i);
+        } else if (distance <= kNearPart * (mray::kSceneExtent + largest_of(p))) {
+            near_numbers.push_back(i);
+            most_near_d2 = std::max(most_near_d2, found[i].d2);
+        } else {
             distances[i] =
-                is_none ? kInfinity : in_floats(scene.pose.space().length_to_world(distance));
-            continue;
+                is_none ? kInfinity : in_floats(scene.pose().space().length_to_world(distance));
         }
-        PlacedTriangle placed;
-        find_places(
-            scene, asked, run.subspan(i, 1), [&](std::size_t) { return index(i); },
-            std::span(&found[i], 1), watch, std::span(&placed, 1));
-        distances[i] = placed.distance;
     }
+    if (near_numbers.empty()) return;
+    for (const std::size_t i : near_numbers) near.push_back(run[i]);
+    std::vector<PlacedTriangle> placed(near.size());
+    find_places(
+        scene, asked, near, [&](std::size_t i) { return index(near_numbers[i]); }, most_near_d2,
+        watch, std::span(placed));
+    for (std::size_t i = 0; i < near.size(); ++i) distances[near_numbers[i]] = placed[i].distance;
 }
 
 /// `scale` is the length in world space of 1 in scene space.
@@ -270,9 +289,9 @@ ClosestPoint to_world(const SceneImpl& scene, const PlacedTriangle& place, doubl
     float world[3];
     for (int axis = 0; axis < 3; ++axis) {
         world[axis] =
-            static_cast<float>(place.point[axis] * scale + scene.pose.space().centre(axis));
+            static_cast<float>(place.point[axis] * scale + scene.pose().space().centre(axis));
     }
-    const Hit hit = scene.meshes.locate(0, place.u, place.v, place.prim_id);
+    const Hit hit = scene.meshes().locate(0, place.u, place.v, place.prim_id);
     return {.point = {world[0], world[1], world[2]},
             .distance = place.distance,
             .u = place.u,
@@ -289,7 +308,7 @@ void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windin
     with_scene(impl_, [&](SceneImpl& scene) {
         for_blocks(points, windings, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, 0);
-            wind(scene, {*scene.space, part, PointOrder::columns}, options,
+            wind(scene, {scene.space(), part, PointOrder::columns}, options,
                  [&](std::size_t i, const PointWinding& winding) { answers[i] = winding.winding; });
         });
     });
@@ -300,7 +319,7 @@ void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> insid
     with_scene(impl_, [&](SceneImpl& scene) {
         for_blocks(points, inside, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, std::uint8_t{0});
-            wind(scene, {*scene.space, part, PointOrder::columns}, options,
+            wind(scene, {scene.space(), part, PointOrder::columns}, options,
                  [&](std::size_t i, const PointWinding& winding) {
                      answers[i] = winding.is_inside(rule) ? 1 : 0;
                  });
@@ -313,23 +332,22 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
     with_scene(impl_, [&](SceneImpl& scene) {
         const float most = most_d2(scene, max_distance);
         const mray::Watch watch(options.cancel);
-        const double scale = scene.pose.space().length_to_world(1);
+        const double scale = scene.pose().space().length_to_world(1);
         for_blocks(points, closest, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, ClosestPoint{});
-            const ScenePoints asked(*scene.space, part, PointOrder::places);
-            const auto find = [&](std::span<const mray::vec3> run, auto placed, auto index) {
-                std::vector<mray::ClosestTriangle> found(run.size(), {most, mray::kNoPrim});
-                // The CPU's tracer would walk the same tree as find_rivals().
-                if (scene.device.name() != "cpu")
-                    scene.tracer->query(mray::ClosestQuery{run, most, found, watch});
-                find_places(scene, asked, run, index, found, watch, placed);
+            scene.fetch_tree();
+            const ScenePoints asked(scene.space(), part, PointOrder::places);
+            const auto find = [&](auto run, auto placed, auto index) {
+                find_places(scene, asked, run, index, most, watch, placed);
             };
-            ask_points<PlacedTriangle>(scene, asked, options, find,
-                                       [&](std::size_t i, const PlacedTriangle& found) {
-                                           if (found.prim_id == mray::kNoPrim) return;
-                                           const ClosestPoint place = to_world(scene, found, scale);
-                                           if (place.distance <= max_distance) answers[i] = place;
-                                       });
+            const auto visit = [&](std::size_t i, const PlacedTriangle& found) {
+                if (found.prim_id == mray::kNoPrim) return;
+                const ClosestPoint place = to_world(scene, found, scale);
+                if (place.distance <= max_distance) answers[i] = place;
+            };
+            query_on_host(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
+                query_ordered<PlacedTriangle>(asked, begin, size, find, visit);
+            });
         });
     });
 }
@@ -340,7 +358,7 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
         const float most = most_d2(scene, max_distance);
         const mray::Watch watch(options.cancel);
         for_blocks(points, distances, options, [&](auto part, auto answers) {
-            ScenePoints asked(*scene.space, part, PointOrder::places);
+            ScenePoints asked(scene.space(), part, PointOrder::places);
             for (std::size_t i = 0; i < part.size(); ++i) {
                 answers[i] =
                     asked.is_finite[i] != 0 ? kInfinity : std::numeric_limits<float>::quiet_NaN();
@@ -348,8 +366,11 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
             const auto find = [&](auto run, auto found, auto index) {
                 find_distances(scene, asked, run, index, most, watch, found);
             };
-            ask_points<float>(scene, asked, options, find, [&](std::size_t i, float found) {
+            const auto visit = [&](std::size_t i, float found) {
                 if (found <= max_distance) answers[i] = found;
+            };
+            query_tracer(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
+                query_ordered<float>(asked, begin, size, find, visit);
             });
             asked.sort(PointOrder::columns);
             wind(scene, asked, options, [&](std::size_t i, const PointWinding& winding) {

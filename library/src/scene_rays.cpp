@@ -1,21 +1,42 @@
-// The members of Scene that trace rays.
+// The members of Scene that trace rays, and the normals of hits.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
-#include "library/src/ray_batch.h"
-#include "library/src/scene_impl.h"
+#include <glm/geometric.hpp>
+
+#include "common/interop/hit_rule.h"
+#include "common/interop/lit.h"
+#include "common/interop/tie_break_rule.h"
+#include "common/scene/exact_crossing.h"
+#include "library/src/query_batches.h"
 
 namespace morphray {
 namespace {
 
+using detail::for_each_index;
+using detail::for_each_run;
+using detail::for_ordered_batches;
+using detail::for_runs_of;
 using detail::kRun;
+using detail::query_tracer;
+using detail::RaySorter;
+using detail::RaySpace;
+using detail::require_room;
 using detail::SceneImpl;
+using detail::throw_bad_argument;
 using detail::with_scene;
+
+// ---- Closest hits and occlusion of rays that see everything
 
 // Answers of a tile are prefetched this many rows ahead: processors do not foresee new rows.
 constexpr std::size_t kRowsAhead = 2;
@@ -29,7 +50,7 @@ constexpr std::size_t kLeastWidth = 8;
 // An Answer is a Hit, or 1 for a ray that hits anything and 0 for others.
 void set_answer(const SceneImpl& scene, const Ray& ray, const mray::Hit& hit, int t_exponent,
                 Hit& answer) {
-    answer = to_world(scene.meshes, *scene.space, ray, hit, t_exponent);
+    answer = to_world(scene.meshes(), scene.space(), ray, hit, t_exponent);
 }
 void set_answer(const SceneImpl&, const Ray&, const mray::Hit& hit, int, std::uint8_t& answer) {
     answer = hit.prim_id != mray::kNoPrim ? 1 : 0;
@@ -39,16 +60,16 @@ void set_answer(const SceneImpl&, const Ray&, const mray::Hit& hit, int, std::ui
 void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits) {
     mray::cpu::SceneRays run;
     std::array<mray::Hit, kRun> found;
-    scene.space->to_scene(rays, run);
-    scene.tracer->trace(
+    scene.space().to_scene(rays, run);
+    scene.tracer().trace(
         {std::span(run.rays).first(rays.size()), std::span(found).first(rays.size())});
     for (std::size_t i = 0; i < rays.size(); ++i)
         set_answer(scene, rays[i], found[i], run.t_exponents[2 * i + 1], hits[i]);
 }
 void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
     mray::cpu::SceneRays run;
-    scene.space->to_scene(rays, run);
-    scene.tracer->trace({std::span(run.rays).first(rays.size()), {}, occluded});
+    scene.space().to_scene(rays, run);
+    scene.tracer().trace({std::span(run.rays).first(rays.size()), {}, occluded});
 }
 
 /// Traces the rays of a tile of an image, which `rays` begins with, in packets: closest hits, which
@@ -57,13 +78,13 @@ template <class Answer>
 bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                 std::size_t row, std::size_t width, std::size_t height) {
     mray::Ray first;
-    const std::optional<int> t_exponent = scene.space->to_scene(rays.front(), first);
+    const std::optional<int> t_exponent = scene.space().to_scene(rays.front(), first);
     if (!t_exponent || detail::is_far(*t_exponent)) return false;
     alignas(64) std::array<mray::Hit, mray::kStoredTileSide * mray::kStoredTileSide> found;
     const mray::StoredRayTile tile{reinterpret_cast<const mray::StoredRay*>(rays.data()), row,
                                    static_cast<std::uint32_t>(width),
                                    static_cast<std::uint32_t>(height), first.org};
-    if (!scene.tracer->trace_stored(tile, found.data())) return false;
+    if (!scene.tracer().trace_stored(tile, found.data())) return false;
     for (std::size_t y = 0; y < height; ++y) {
         if (y + kRowsAhead < height) {
             const Answer* const ahead = &answers[(y + kRowsAhead) * row];
@@ -73,7 +94,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
         for (std::size_t x = 0; x < width; ++x) {
             const std::size_t i = y * row + x;
             set_answer(scene, rays[i], found[y * mray::kStoredTileSide + x],
-                       scene.space->t_exponent(rays[i].dir), answers[i]);
+                       scene.space().t_exponent(rays[i].dir), answers[i]);
         }
     }
     return true;
@@ -90,11 +111,11 @@ std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<A
     const std::size_t columns = (width + kSide - 1) / kSide;
     const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
     const auto run_range = [&](std::size_t begin, std::size_t end) {
-        detail::for_runs_of(begin, end, watch, [&](std::size_t first, std::size_t count) {
+        for_runs_of(begin, end, watch, [&](std::size_t first, std::size_t count) {
             trace_run(scene, rays.subspan(first, count), answers.subspan(first, count));
         });
     };
-    detail::for_each_index(arena, tiles, [&](std::size_t i) {
+    for_each_index(arena, tiles, [&](std::size_t i) {
         if (watch.is_cancelled()) return;
         const std::size_t x0 = i % columns * kSide;
         const std::size_t y0 = i / columns * kSide;
@@ -107,8 +128,8 @@ std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<A
     });
     // Columns beside the tiles.
     if (width < row) {
-        detail::for_each_index(arena, height,
-                               [&](std::size_t y) { run_range(y * row + width, (y + 1) * row); });
+        for_each_index(arena, height,
+                       [&](std::size_t y) { run_range(y * row + width, (y + 1) * row); });
     }
     return height * row;
 }
@@ -131,7 +152,7 @@ template <class Answer>
 void trace_on_host(SceneImpl& scene, std::span<const Ray> part,
                    std::span<const std::uint32_t> order, std::span<Answer> answers,
                    mray::ThreadArena* arena, mray::Watch watch) {
-    detail::for_each_run(arena, part.size(), watch, [&](std::size_t first, std::size_t count) {
+    for_each_run(arena, part.size(), watch, [&](std::size_t first, std::size_t count) {
         if (order.empty()) {
             trace_run(scene, part.subspan(first, count), answers.subspan(first, count));
             return;
@@ -159,22 +180,20 @@ public:
         rays_.resize(size);
         t_exponents_.resize(size);
         hits_.resize(size);
-        const auto for_runs = [&](auto work) {
-            detail::for_each_run(&scene_.arena(), size, {}, work);
-        };
+        const auto for_runs = [&](auto work) { for_each_run(&scene_.arena(), size, {}, work); };
         for_runs([&](std::size_t first, std::size_t count) {
             std::array<Ray, kRun> room;
             mray::cpu::SceneRays run;
-            scene_.space->to_scene(in_order(part, order, first, count, room), run);
+            scene_.space().to_scene(in_order(part, order, first, count, room), run);
             for (std::size_t i = 0; i < count; ++i) {
                 rays_[first + i] = run.rays[i];
                 t_exponents_[first + i] = run.t_exponents[2 * i + 1];
             }
         });
         {
-            const std::scoped_lock lock(scene_.mutex);
-            scene_.tracer->trace({rays_, hits_});
-            scene_.cost.add(scene_.tracer->finish().trace_ms, size);
+            const std::scoped_lock lock(scene_.mutex());
+            scene_.tracer().trace({rays_, hits_});
+            scene_.cost().add(scene_.tracer().finish().trace_ms, size);
         }
         for_runs([&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i) {
@@ -197,57 +216,108 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
                const QueryOptions& options) {
     const mray::Watch watch(options.cancel);
     const Coherence coherence = options.coherence;
-    if (!scene.tracer->info().answers_threads) {
+    const bool sorts = coherence.kind == Coherence::Kind::sort;
+    if (!scene.tracer().info().answers_threads) {
         DeviceTrace device(scene);
-        detail::for_ordered_parts(
-            scene, rays, coherence.kind == Coherence::Kind::sort, kDeviceBatch, &scene.arena(),
-            watch, [&](std::size_t first, auto part, auto order) {
-                const auto trace_run = [&](std::size_t begin, std::size_t size) {
-                    if (order.empty()) {
-                        device.trace(part.subspan(begin, size), order,
-                                     answers.subspan(first + begin, size));
-                    } else {
-                        device.trace(part, order.subspan(begin, size),
-                                     answers.subspan(first, part.size()));
-                    }
-                };
-                detail::for_runs_of(0, part.size(), watch, trace_run, kDeviceBatch,
-                                    detail::kLeastDeviceRun);
-            });
+        const auto trace_batch = [&](std::size_t first, auto batch, auto order) {
+            const auto trace_run = [&](std::size_t begin, std::size_t size) {
+                if (order.empty()) {
+                    device.trace(batch.subspan(begin, size), order,
+                                 answers.subspan(first + begin, size));
+                } else {
+                    device.trace(batch, order.subspan(begin, size),
+                                 answers.subspan(first, batch.size()));
+                }
+            };
+            for_runs_of(0, batch.size(), watch, trace_run, kDeviceBatch, detail::kLeastDeviceRun);
+        };
+        for_ordered_batches(scene, rays, sorts, kDeviceBatch, &scene.arena(), watch, trace_batch);
         watch.throw_if_cancelled();
         return;
     }
     const bool is_alone = options.threads == Threads::calling || rays.size() <= detail::kFewRays;
     mray::ThreadArena* const arena = is_alone ? nullptr : &scene.arena();
-    scene.cost.measure(rays.size(), [&] {
+    scene.cost().measure(rays.size(), [&] {
         std::size_t done = 0;
         if (coherence.kind == Coherence::Kind::image && coherence.width >= kLeastWidth)
             done = trace_image(scene, rays, answers, coherence.width, arena, watch);
-        detail::for_ordered_parts(
-            scene, rays.subspan(done), coherence.kind == Coherence::Kind::sort,
-            detail::RaySorter::kMost, arena, watch, [&](std::size_t first, auto part, auto order) {
-                trace_on_host(scene, part, order, answers.subspan(done + first, part.size()), arena,
-                              watch);
-            });
+        const auto trace_batch = [&](std::size_t first, auto batch, auto order) {
+            trace_on_host(scene, batch, order, answers.subspan(done + first, batch.size()), arena,
+                          watch);
+        };
+        for_ordered_batches(scene, rays.subspan(done), sorts, RaySorter::kMost, arena, watch,
+                            trace_batch);
         watch.throw_if_cancelled();
     });
 }
 
+// ---- Rays that see some triangles only
+
+/// Rays in scene space, and what their t is multiplied by.
+struct SceneBatch {
+    std::vector<mray::Ray> rays;
+    std::vector<int> t_exponents;
+
+    SceneBatch(const RaySpace& space, std::span<const Ray> world) {
+        rays.reserve(world.size());
+        t_exponents.reserve(world.size());
+        for_runs_of(0, world.size(), {}, [&](std::size_t first, std::size_t count) {
+            mray::cpu::SceneRays run;
+            space.to_scene(world.subspan(first, count), run);
+            rays.insert(rays.end(), run.rays, run.rays + count);
+            for (std::size_t i = 0; i < count; ++i)
+                t_exponents.push_back(run.t_exponents[2 * i + 1]);
+        });
+    }
+};
+
+/// The triangles that the rays of a batch see, by QueryOptions. The options must outlive it.
+class RayFilter {
+public:
+    /// Throws Error for a wrong number of flags or of excluded triangles.
+    RayFilter(const detail::MeshList& meshes, std::size_t rays, const QueryOptions& options)
+        : meshes_(meshes), options_(options) {
+        if (options.excluded && options.excluded->size() != rays)
+            throw_bad_argument("excluded: {} for {} rays", options.excluded->size(), rays);
+        if (!options.visible) return;
+        // The highest geom_ids may be free since a detach(), and may have flags.
+        const std::size_t flags = options.visible->size();
+        std::size_t least = meshes.slots().size();
+        while (least > 0 && !meshes.slots()[least - 1].used) --least;
+        if (flags < least || flags > meshes.slots().size())
+            throw_bad_argument("visible: {} flags, but {} geom_ids", flags, least);
+    }
+
+    mray::Watch watch() const { return mray::Watch(options_.cancel); }
+    bool sees_all() const { return !options_.visible && !options_.excluded; }
+    bool sees(std::size_t ray, std::uint32_t prim_id) const {
+        return sees(ray, meshes_.locate(0, 0, 0, prim_id));
+    }
+    bool sees(std::size_t ray, const Hit& hit) const {
+        if (options_.visible && (*options_.visible)[hit.geom_id] == 0) return false;
+        return !options_.excluded || hit.primitive() != (*options_.excluded)[ray];
+    }
+
+private:
+    const detail::MeshList& meshes_;
+    const QueryOptions& options_;
+};
+
 /// Replaces hits with triangles that the filter leaves out by the next hits of their rays.
-void pass_unseen(SceneImpl& scene, const detail::RayFilter& filter, std::span<const Ray> rays,
+void pass_unseen(SceneImpl& scene, const RayFilter& filter, std::span<const Ray> rays,
                  std::span<Hit> hits, const QueryOptions& options) {
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < rays.size(); ++i)
         if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
     // A ray has at most one excluded triangle.
     const std::uint32_t most = !options.visible ? 2 : std::numeric_limits<std::uint32_t>::max();
-    detail::ask_in_parts(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
+    query_tracer(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
         const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
         std::vector<Ray> passing(count);
         for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
-        const detail::SceneBatch batch(*scene.space, passing);
+        const SceneBatch batch(scene.space(), passing);
         mray::HitLists lists;
-        scene.tracer->query(
+        scene.tracer().query(
             mray::ListQuery{batch.rays, mray::Crossing::kEach, most, lists, filter.watch()});
         auto next = lists.hits.cbegin();
         for (std::size_t i = 0; i < count; ++i) {
@@ -263,8 +333,8 @@ void pass_unseen(SceneImpl& scene, const detail::RayFilter& filter, std::span<co
 
 void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options) {
-    detail::require_room(rays.size(), "rays", hits.size());
-    const detail::RayFilter filter(scene.meshes, rays.size(), options);
+    require_room(rays.size(), "rays", hits.size());
+    const RayFilter filter(scene.meshes(), rays.size(), options);
     trace_all(scene, rays, hits, options);
     if (!filter.sees_all()) pass_unseen(scene, filter, rays, hits, options);
 }
@@ -273,20 +343,20 @@ void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hi
 template <class Answer>
 Answer trace_one(SceneImpl& scene, const Ray& ray) {
     Answer answer{};
-    if (!scene.tracer->info().answers_threads) {
+    if (!scene.tracer().info().answers_threads) {
         DeviceTrace(scene).trace({&ray, 1}, {}, std::span(&answer, 1));
         return answer;
     }
-    scene.cost.measure(1, [&] {
+    scene.cost().measure(1, [&] {
         mray::Ray in_scene;
-        const std::optional<int> t_exponent = scene.space->to_scene(ray, in_scene);
+        const std::optional<int> t_exponent = scene.space().to_scene(ray, in_scene);
         if (!t_exponent) return;
         if constexpr (std::is_same_v<Answer, Hit>) {
             mray::Hit found;
-            scene.tracer->trace({{&in_scene, 1}, {&found, 1}});
+            scene.tracer().trace({{&in_scene, 1}, {&found, 1}});
             set_answer(scene, ray, found, *t_exponent, answer);
         } else {
-            scene.tracer->trace({{&in_scene, 1}, {}, {&answer, 1}});
+            scene.tracer().trace({{&in_scene, 1}, {}, {&answer, 1}});
         }
     });
     return answer;
@@ -312,8 +382,8 @@ Hit Scene::intersect(const Ray& ray, const QueryOptions& options) const {
 void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                      const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        detail::require_room(rays.size(), "rays", occluded.size());
-        if (detail::RayFilter(scene.meshes, rays.size(), options).sees_all()) {
+        require_room(rays.size(), "rays", occluded.size());
+        if (RayFilter(scene.meshes(), rays.size(), options).sees_all()) {
             trace_all(scene, rays, occluded, options);
         } else {
             std::vector<Hit> hits(rays.size());
@@ -332,6 +402,339 @@ bool Scene::occluded(const Ray& ray, const QueryOptions& options) const {
     std::uint8_t occluded = 0;
     this->occluded({&ray, 1}, {&occluded, 1}, options);
     return occluded != 0;
+}
+
+// ---- All hits
+
+namespace {
+
+mray::Crossing crossing_of(Crossing crossing) {
+    return crossing == Crossing::owner ? mray::Crossing::kOwner : mray::Crossing::kEach;
+}
+
+/// Makes of all hits of a ray those of Crossing::once.
+void keep_crossings(const SceneImpl& scene, const mray::Ray& ray, std::vector<mray::Hit>& hits) {
+    mray::keep_one_of_each_crossing(scene.meshes().topology(), scene.pose().positions(),
+                                    scene.meshes().first_prims(), ray, hits);
+}
+
+/// Takes kTouchesBorder from a number of hits; returns whether Crossing::once may count fewer.
+bool take_border_flag(std::uint64_t& count, Crossing crossing) {
+    const bool touches = (count & mray::kTouchesBorder) != 0;
+    count &= ~mray::kTouchesBorder;
+    return touches && count > 1 && crossing == Crossing::once;
+}
+
+/// All hits of each ray with triangles that it sees. rays[i] is ray number(i) of the filter.
+template <class Number>
+std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
+                                              std::span<const mray::Ray> rays, Crossing crossing,
+                                              const RayFilter& filter, Number number) {
+    std::vector<std::vector<mray::Hit>> all(rays.size());
+    if (rays.empty()) return all;
+    mray::HitLists lists;
+    constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
+    scene.tracer().query(mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()});
+    auto next = lists.hits.cbegin();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        filter.watch().throw_if_cancelled();
+        std::vector<mray::Hit>& hits = all[i];
+        hits.assign(next, next + lists.listed[i]);
+        next += lists.listed[i];
+        if (!filter.sees_all()) {
+            std::erase_if(
+                hits, [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
+        }
+        if (take_border_flag(lists.total[i], crossing)) keep_crossings(scene, rays[i], hits);
+    }
+    return all;
+}
+
+/// All hits of some rays of a batch, by their places in it.
+struct WholeLists {
+    std::vector<std::size_t> places;
+    std::vector<std::vector<mray::Hit>> hits;
+};
+
+/// Lists all hits of rays for which the tracer's numbers of hits are too large: rays that do not
+/// see everything, and by Crossing::once those that touch borders. Corrects the numbers.
+template <class Number>
+WholeLists list_uncertain(const SceneImpl& scene, std::span<const mray::Ray> rays,
+                          Crossing crossing, const RayFilter& filter, Number number,
+                          std::span<std::uint64_t> totals) {
+    WholeLists whole;
+    std::vector<mray::Ray> whole_rays;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (filter.sees_all() && !take_border_flag(totals[i], crossing)) continue;
+        whole.places.push_back(i);
+        whole_rays.push_back(rays[i]);
+    }
+    whole.hits = list_hits(scene, whole_rays, crossing, filter,
+                           [&](std::size_t k) { return number(whole.places[k]); });
+    for (std::size_t k = 0; k < whole.hits.size(); ++k)
+        totals[whole.places[k]] = whole.hits[k].size();
+    return whole;
+}
+
+/// Lists the first hits of rays, which are those of the filter from `first` on.
+mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray> rays,
+                               const AllHitsOptions& options, const RayFilter& filter,
+                               std::size_t first) {
+    mray::HitLists lists;
+    if (filter.sees_all()) {
+        scene.tracer().query(mray::ListQuery{rays, crossing_of(options.crossing), options.max_hits,
+                                             lists, filter.watch()});
+    } else {
+        lists.listed.resize(rays.size());
+        lists.total.resize(rays.size());
+    }
+    const WholeLists whole = list_uncertain(
+        scene, rays, options.crossing, filter, [&](std::size_t i) { return first + i; },
+        lists.total);
+    if (whole.places.empty()) return lists;
+    std::vector<mray::Hit> hits;
+    auto next = lists.hits.cbegin();
+    for (std::size_t i = 0, k = 0; i < rays.size(); ++i) {
+        std::span<const mray::Hit> found(next, next + lists.listed[i]);
+        next += lists.listed[i];
+        if (k < whole.places.size() && whole.places[k] == i) {
+            found = whole.hits[k++];
+            found = found.first(std::min<std::size_t>(found.size(), options.max_hits));
+            lists.listed[i] = static_cast<std::uint32_t>(found.size());
+        }
+        hits.insert(hits.end(), found.begin(), found.end());
+    }
+    lists.hits = std::move(hits);
+    return lists;
+}
+
+mray::Hit find_next(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
+                    Crossing crossing, const RayFilter& filter) {
+    mray::Hit found;
+    for (mray::HitCursor at = after;; at = {found.t, found.prim_id}) {
+        scene.tracer().query(
+            mray::NextQuery{{&ray, 1}, {&at, 1}, crossing_of(crossing), {&found, 1}});
+        if (found.prim_id == mray::kNoPrim) return found;
+        if (filter.sees_all() || filter.sees(0, found.prim_id)) break;
+    }
+    if (crossing != Crossing::once || !mray::may_touch_border({found.t, found.u, found.v}))
+        return found;
+    const auto lists =
+        list_hits(scene, {&ray, 1}, crossing, filter, [](std::size_t) { return std::size_t{0}; });
+    for (const mray::Hit& hit : lists[0])
+        if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
+    return mray::no_hit();
+}
+
+/// The places of an image's rays tile after tile, which are streams.
+std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total) {
+    constexpr std::size_t kSide = 8;
+    const std::size_t height = width < kSide ? 0 : total / width / kSide * kSide;
+    std::vector<std::uint32_t> places(total);
+    auto next = places.begin();
+    for (std::size_t tile = 0; tile < height; tile += kSide)
+        for (std::size_t left = 0; left < width; left += kSide)
+            for (std::size_t y = tile; y < tile + kSide; ++y)
+                for (std::size_t x = left; x < std::min(left + kSide, width); ++x)
+                    *next++ = static_cast<std::uint32_t>(y * width + x);
+    std::iota(next, places.end(), static_cast<std::uint32_t>(next - places.begin()));
+    return places;
+}
+
+/// t in scene space of a hit of the last one of `passed` triangles by `world`, which is `ray`
+/// there. A power of two gives it exactly, unless t is rounded in world space: where it is a
+/// denormal, or too large for a float, or the ray is far. Then the triangle is asked again.
+float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, int t_exponent,
+              float world_t, std::uint32_t passed) {
+    using Limits = std::numeric_limits<float>;
+    const float t = scene.space().to_scene_t(world, world_t, t_exponent);
+    const bool is_exact =
+        world_t >= Limits::min() && world_t < Limits::max() && !detail::is_far(t_exponent);
+    if (is_exact || passed == 0) return t;
+    const mray::uvec3 corners = scene.meshes().topology().triangles[passed - 1];
+    const std::span<const mray::vec3> positions = scene.pose().positions();
+    mray::TriangleHit hit;
+    const bool is_hit = mray::intersect_triangle(mray::shear_ray(ray.org, ray.dir), ray.tnear,
+                                                 ray.tfar, positions[corners.x],
+                                                 positions[corners.y], positions[corners.z], hit);
+    return is_hit && scene.space().to_world_t(world, hit.t, t_exponent) == world_t ? hit.t : t;
+}
+
+}  // namespace
+
+void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
+                  const QueryOptions& options) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(rays.size(), "rays", counts.size());
+        const RayFilter filter(scene.meshes(), rays.size(), options);
+        const auto count_part = [&](std::size_t first, std::span<const Ray> part,
+                                    std::span<const std::uint32_t> order) {
+            query_tracer(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
+                const auto place = [&](std::size_t i) {
+                    return order.empty() ? begin + i : order[begin + i];
+                };
+                std::vector<Ray> gathered(order.empty() ? 0 : size);
+                for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = part[place(i)];
+                const SceneBatch batch(
+                    scene.space(), order.empty() ? part.subspan(begin, size) : std::span(gathered));
+                std::vector<std::uint64_t> found(size);
+                if (filter.sees_all()) {
+                    scene.tracer().query(
+                        mray::CountQuery{batch.rays, crossing_of(crossing), found, filter.watch()});
+                }
+                list_uncertain(
+                    scene, batch.rays, crossing, filter,
+                    [&](std::size_t i) { return first + place(i); }, found);
+                for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
+            });
+        };
+        const mray::Watch watch(options.cancel);
+        const bool sorts = options.coherence.kind == Coherence::Kind::sort;
+        constexpr std::uint32_t kMostTiled = std::numeric_limits<std::uint32_t>::max();
+        if (options.coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
+            count_part(0, rays, tiled_places(options.coherence.width, rays.size()));
+        } else {
+            for_ordered_batches(scene, rays, sorts, RaySorter::kMost, &scene.arena(), watch,
+                                count_part);
+        }
+        watch.throw_if_cancelled();
+    });
+}
+
+AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& all_options,
+                             const QueryOptions& options) const {
+    struct BatchHits {
+        std::size_t first;
+        std::vector<std::uint32_t> listed;
+        std::vector<std::uint64_t> total;
+        std::vector<Hit> hits;
+    };
+    return with_scene(impl_, [&](SceneImpl& scene) {
+        const RayFilter filter(scene.meshes(), rays.size(), options);
+        std::mutex mutex;
+        std::vector<BatchHits> found;
+        query_tracer(scene, rays.size(), options, [&](std::size_t begin, std::size_t size) {
+            const SceneBatch batch(scene.space(), rays.subspan(begin, size));
+            mray::HitLists lists = list_first_hits(scene, batch.rays, all_options, filter, begin);
+            BatchHits own{begin, std::move(lists.listed), std::move(lists.total), {}};
+            own.hits.reserve(lists.hits.size());
+            auto hit = lists.hits.begin();
+            for (std::size_t i = 0; i < size; ++i) {
+                for (std::uint32_t k = 0; k < own.listed[i]; ++k)
+                    own.hits.push_back(to_world(scene.meshes(), scene.space(), rays[begin + i],
+                                                *hit++, batch.t_exponents[i]));
+            }
+            const std::scoped_lock lock(mutex);
+            found.push_back(std::move(own));
+        });
+        std::ranges::sort(found, {}, &BatchHits::first);
+        AllHits all;
+        all.offsets.reserve(rays.size() + 1);
+        all.left_out.reserve(rays.size());
+        std::size_t hit_count = 0;
+        for (const BatchHits& own : found) hit_count += own.hits.size();
+        all.hits.reserve(hit_count);
+        for (BatchHits& own : found) {
+            for (std::size_t i = 0; i < own.listed.size(); ++i) {
+                all.offsets.push_back(all.offsets.back() + own.listed[i]);
+                all.left_out.push_back(own.total[i] - own.listed[i]);
+            }
+            all.hits.insert(all.hits.end(), own.hits.begin(), own.hits.end());
+            own = {};
+        }
+        return all;
+    });
+}
+
+Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
+                     const QueryOptions& options) const {
+    return with_scene(impl_, [&](SceneImpl& scene) -> Hit {
+        if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
+        const RayFilter filter(scene.meshes(), 1, options);
+        Hit hit;
+        if (!after) return hit;
+        query_tracer(scene, 1, options, [&](std::size_t, std::size_t) {
+            mray::Ray asked;
+            const std::optional<int> t_exponent = scene.space().to_scene(ray, asked);
+            if (!t_exponent) return;
+            mray::HitCursor cursor;
+            const std::uint32_t passed = scene.meshes().count_up_to(after.geom_id, after.prim_id);
+            cursor.t = scene_t(scene, ray, asked, *t_exponent, after.t, passed);
+            if (passed != 0) {
+                cursor.prim_id = passed - 1;
+            } else {  // All hits at this t come after it.
+                cursor.t = std::nextafter(cursor.t, -std::numeric_limits<float>::infinity());
+                cursor.prim_id = mray::kNoPrim;
+            }
+            hit = to_world(scene.meshes(), scene.space(), ray,
+                           find_next(scene, asked, cursor, crossing, filter), *t_exponent);
+        });
+        return hit;
+    });
+}
+
+// ---- Normals
+
+namespace {
+
+/// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
+mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim) {
+    const mray::uvec3 corners = scene.meshes().topology().triangles[prim];
+    const auto at = [&](std::uint32_t corner) {
+        return glm::dvec3(scene.pose().positions()[corner]);
+    };
+    const glm::dvec3 normal =
+        glm::cross(at(corners.y) - at(corners.x), at(corners.z) - at(corners.x));
+    const double length = glm::length(normal);
+    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
+    return mray::vec3(normal / length);
+}
+
+/// The normals of the corners of the triangle, interpolated; `flat` where they are not smooth.
+mray::vec3 smooth_normal_at(const mray::VertexNormals& smooth, std::uint32_t prim, const Hit& hit,
+                            mray::vec3 flat) {
+    const mray::uvec3 ids = smooth.ids()[prim];
+    mray::vec3 corners[3];
+    for (int k = 0; k < 3; ++k) {
+        corners[k] = ids[k] == mray::kFlatCorner
+                         ? flat
+                         : mray::corner_normal(smooth.normals()[ids[k]], flat);
+    }
+    return mray::smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
+}
+
+}  // namespace
+
+void Scene::normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(hits.size(), "hits", normals.size());
+        const detail::MeshList& meshes = scene.meshes();
+        for (const Hit& hit : hits) {
+            const detail::MeshSlot* const mesh = meshes.find(hit.geom_id);
+            if (hit && (mesh == nullptr || hit.prim_id >= mesh->prim_count)) {
+                throw_bad_argument("hits: there is no triangle {} of a mesh {}", hit.prim_id,
+                                   hit.geom_id);
+            }
+        }
+        const mray::VertexNormals* smooth_normals = nullptr;
+        if (smooth && meshes.is_smooth()) {
+            const std::scoped_lock lock(scene.mutex());
+            smooth_normals = &scene.normals();
+        }
+        for_each_run(&scene.arena(), hits.size(), {}, [&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i) {
+                mray::vec3 normal(0, 0, 0);
+                if (const Hit& hit = hits[i]) {
+                    const std::uint32_t prim = meshes.find(hit.geom_id)->first_prim + hit.prim_id;
+                    normal = flat_normal(scene, prim);
+                    const bool has_area = normal.x != 0 || normal.y != 0 || normal.z != 0;
+                    if (smooth_normals != nullptr && has_area)
+                        normal = smooth_normal_at(*smooth_normals, prim, hit, normal);
+                }
+                normals[i] = {normal.x, normal.y, normal.z};
+            }
+        });
+    });
 }
 
 }  // namespace morphray

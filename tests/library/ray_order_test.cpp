@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "library/src/query_batches.h"
 #include "library/src/ray_order.h"
 #include "tests/library/scenes.h"
 

@@ -297,8 +297,9 @@ public:
     /// points[i]. Triangle, feature and place are exact but for the rounding of the place. The
     /// distance is that of the exact place, at most 2 ulp off, and 0 only on the triangle
     /// (docs/design/arithmetic.md, "Distances"). None is found for a point that is not finite. The
-    /// first call after an update reads the tree back from a device. Throws bad_argument for a
-    /// max_distance that is negative or NaN; otherwise throws as intersect().
+    /// host's threads answer for a device, too: the first call after an update reads the tree back.
+    /// Throws bad_argument for a max_distance that is negative or NaN; otherwise throws as
+    /// intersect().
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance = std::numeric_limits<float>::infinity(),
                         const QueryOptions& options = {}) const;

@@ -148,16 +148,16 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     const Appearance& look = mesh.appearance;
     while (first_free_ < will_be_used_.size() && will_be_used_[first_free_]) ++first_free_;
     Change change;
-    change.place = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
+    change.slot = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
     const std::size_t count = mesh.triangles.size() / 3;
-    change.place.prim_count = static_cast<std::uint32_t>(count);
-    change.place.is_smooth = !look.smooth.empty();
-    if (change.place.is_smooth && !is_smooth_by_vertex(mesh)) {
-        change.place.smooth =
+    change.slot.prim_count = static_cast<std::uint32_t>(count);
+    change.slot.is_smooth = !look.smooth.empty();
+    if (change.slot.is_smooth && !is_smooth_by_vertex(mesh)) {
+        change.slot.smooth =
             std::make_shared<const std::vector<mray::uvec3>>(threes_of(look.smooth));
     }
     change.triangles = threes_of(mesh.triangles);
-    change.place.used_vertices = std::make_shared<const std::vector<mray::IndexRange>>(
+    change.slot.used_vertices = std::make_shared<const std::vector<mray::IndexRange>>(
         mray::used_vertices(change.triangles, mesh.positions.count));
     change.albedo.assign(look.albedo.begin(), look.albedo.end());
     change.albedo.resize(count, mray::kDefaultAlbedo);
@@ -165,7 +165,7 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     for (mray::Albedo& albedo : change.albedo)
         albedo = (albedo & kColour) | (look.shadow_catcher ? mray::kShadowCatcherBit : 0);
     if (!look.textures.empty()) {
-        change.place.textures = textures_of(mesh);
+        change.slot.textures = textures_of(mesh);
         change.texcoords = texcoords_of(look.texcoords);
         change.texture_ids.assign(look.texture_ids.begin(), look.texture_ids.end());
         change.texture_ids.resize(count, 0);
@@ -190,7 +190,7 @@ void MeshList::detach(std::uint32_t geom_id) {
 }
 
 void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) {
-    MeshPlace& mesh = places_[geom_id];
+    MeshSlot& mesh = slots_[geom_id];
     if (positions.count != mesh.positions.count) {
         throw_bad_argument("{} positions for a mesh that has {}", positions.count,
                            mesh.positions.count);
@@ -200,53 +200,53 @@ void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) 
 }
 
 mray::TopologyChange MeshList::make_changes() {
-    places_.resize(will_be_used_.size());
-    for (MeshPlace& place : places_) place.vertex_before = place.first_vertex;
-    for (auto& [id, change] : changes_) places_[id] = std::move(change.place);
+    slots_.resize(will_be_used_.size());
+    for (MeshSlot& slot : slots_) slot.vertex_before = slot.first_vertex;
+    for (auto& [id, change] : changes_) slots_[id] = std::move(change.slot);
     mray::TopologyChange difference;
-    std::vector<KeptRun> runs;
+    std::vector<KeptRange> runs;
     geometry_ids_.clear();
     first_prims_.clear();
     textures_.clear();
     std::uint32_t vertex = 0;
     std::uint32_t prim = 0;
-    for (std::uint32_t id = 0; id < places_.size(); ++id) {
-        MeshPlace& place = places_[id];
-        if (!place.used) continue;
-        if (vertex + place.positions.count > kMostVertices)
+    for (std::uint32_t id = 0; id < slots_.size(); ++id) {
+        MeshSlot& slot = slots_[id];
+        if (!slot.used) continue;
+        if (vertex + slot.positions.count > kMostVertices)
             throw Error(ErrorCode::limit, "the meshes have too many positions together");
-        if (std::uint64_t{prim} + place.prim_count > mray::kMaxTriangles)
+        if (std::uint64_t{prim} + slot.prim_count > mray::kMaxTriangles)
             throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
         const auto texture = static_cast<std::uint32_t>(textures_.size());
-        if (place.vertex_before) {
-            const mray::IndexRange before{place.first_prim, place.first_prim + place.prim_count};
-            const std::uint32_t vertex_shift = vertex - place.first_vertex;
-            renumber(place, vertex_shift, texture - place.first_texture);
-            runs.push_back({before.begin, prim, place.prim_count});
+        if (slot.vertex_before) {
+            const mray::IndexRange before{slot.first_prim, slot.first_prim + slot.prim_count};
+            const std::uint32_t vertex_shift = vertex - slot.first_vertex;
+            renumber(slot, vertex_shift, texture - slot.first_texture);
+            runs.push_back({before.begin, prim, slot.prim_count});
             difference.keep({before, prim - before.begin, vertex_shift});
-        } else if (place.prim_count > 0) {
-            difference.added.push_back({prim, prim + place.prim_count});
+        } else if (slot.prim_count > 0) {
+            difference.added.push_back({prim, prim + slot.prim_count});
         }
-        if (place.prim_count > 0) {
+        if (slot.prim_count > 0) {
             geometry_ids_.push_back(id);
             first_prims_.push_back(prim);
         }
-        textures_.insert(textures_.end(), place.textures.begin(), place.textures.end());
-        place.first_texture = texture;
-        place.first_vertex = vertex;
-        place.first_prim = prim;
-        vertex += place.vertex_count();
-        prim += place.prim_count;
+        textures_.insert(textures_.end(), slot.textures.begin(), slot.textures.end());
+        slot.first_texture = texture;
+        slot.first_vertex = vertex;
+        slot.first_prim = prim;
+        vertex += slot.vertex_count();
+        prim += slot.prim_count;
     }
     topology_.vertex_count = vertex;
     move_triangles(runs, prim);
     for (auto& [id, change] : changes_)
-        if (places_[id].used) write(places_[id], std::move(change));
+        if (slots_[id].used) write(slots_[id], std::move(change));
     changes_.clear();
     return difference;
 }
 
-void MeshList::move_triangles(std::span<const KeptRun> runs, std::size_t count) {
+void MeshList::move_triangles(std::span<const KeptRange> runs, std::size_t count) {
     // Until now no mesh may have had a texture.
     const std::size_t textured = textures_.empty() ? 0 : topology_.triangles.size();
     texcoords_.resize(textured);
@@ -260,40 +260,40 @@ void MeshList::move_triangles(std::span<const KeptRun> runs, std::size_t count) 
 }
 
 /// Adds to the numbers of a mesh's triangles.
-void MeshList::renumber(const MeshPlace& place, std::uint32_t vertex_shift,
+void MeshList::renumber(const MeshSlot& slot, std::uint32_t vertex_shift,
                         std::uint32_t texture_shift) {
     const auto part_of = [&](auto& all) {
-        return std::span(all).subspan(place.first_prim, place.prim_count);
+        return std::span(all).subspan(slot.first_prim, slot.prim_count);
     };
     if (vertex_shift != 0) {
         for (mray::uvec3& t : part_of(topology_.triangles)) t += vertex_shift;
     }
-    if (place.textures.empty() || texture_shift == 0) return;
+    if (slot.textures.empty() || texture_shift == 0) return;
     for (std::uint32_t& id : part_of(texture_ids_))
         if (id != mray::kNoTexture) id += texture_shift;
 }
 
-/// Writes the arrays of a new mesh to its place.
-void MeshList::write(const MeshPlace& place, Change change) {
+/// Writes the arrays of a new mesh to its slot.
+void MeshList::write(const MeshSlot& slot, Change change) {
     const auto copy = [&](const auto& from, auto& to) {
-        std::copy(from.begin(), from.end(), to.begin() + place.first_prim);
+        std::copy(from.begin(), from.end(), to.begin() + slot.first_prim);
     };
     copy(change.triangles, topology_.triangles);
     copy(change.albedo, topology_.albedo);
     if (!textures_.empty()) {
-        change.texcoords.resize(place.prim_count);
-        change.texture_ids.resize(place.prim_count, mray::kNoTexture);
+        change.texcoords.resize(slot.prim_count);
+        change.texture_ids.resize(slot.prim_count, mray::kNoTexture);
         copy(change.texcoords, texcoords_);
         copy(change.texture_ids, texture_ids_);
     }
-    renumber(place, place.first_vertex, place.first_texture);
+    renumber(slot, slot.first_vertex, slot.first_texture);
 }
 
 /// Vertices come first, then the numbers of one mesh after the other.
 std::vector<mray::uvec3> MeshList::normal_ids() const {
     std::vector<mray::uvec3> ids(topology_.triangles.size(), mray::uvec3(mray::kFlatCorner));
     std::uint32_t first = topology_.vertex_count;
-    for (const MeshPlace& mesh : places_) {
+    for (const MeshSlot& mesh : slots_) {
         if (!mesh.used || !mesh.is_smooth) continue;
         std::uint32_t count = 0;
         for (std::uint32_t i = 0; i < mesh.prim_count; ++i) {
@@ -311,8 +311,8 @@ std::vector<mray::uvec3> MeshList::normal_ids() const {
     return ids;
 }
 
-const MeshPlace* MeshList::find(std::uint32_t geom_id) const {
-    return geom_id < places_.size() && places_[geom_id].used ? &places_[geom_id] : nullptr;
+const MeshSlot* MeshList::find(std::uint32_t geom_id) const {
+    return geom_id < slots_.size() && slots_[geom_id].used ? &slots_[geom_id] : nullptr;
 }
 
 std::uint32_t MeshList::count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const {

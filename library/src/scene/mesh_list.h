@@ -21,7 +21,7 @@
 namespace morphray::detail {
 
 /// One mesh of the list. Its vertices and triangles are consecutive in the topology.
-struct MeshPlace {
+struct MeshSlot {
     bool used = false;
     Positions positions;
     bool deforms = true;
@@ -52,7 +52,7 @@ struct MeshPlace {
 };
 
 /// Neighbours in an array that stay when others come and go.
-struct KeptRun {
+struct KeptRange {
     std::size_t before;
     std::size_t after;
     std::size_t count;
@@ -61,9 +61,9 @@ struct KeptRun {
 /// Brings runs, which keep their order, to their places in an array that gets `size` elements. The
 /// elements between them have any value.
 template <class T>
-void move_kept(std::vector<T>& all, std::span<const KeptRun> runs, std::size_t size) {
+void move_kept(std::vector<T>& all, std::span<const KeptRange> runs, std::size_t size) {
     all.resize(std::max(all.size(), size));
-    const auto move = [&](const KeptRun& run) {
+    const auto move = [&](const KeptRange& run) {
         std::memmove(all.data() + run.after, all.data() + run.before, run.count * sizeof(T));
     };
     // No run is moved over one that has yet to be moved.
@@ -90,7 +90,7 @@ public:
 
     const mray::Topology& topology() const { return topology_; }
     bool is_smooth() const {
-        return std::ranges::any_of(places_, [](auto& mesh) { return mesh.used && mesh.is_smooth; });
+        return std::ranges::any_of(slots_, [](auto& mesh) { return mesh.used && mesh.is_smooth; });
     }
     /// Three indices of vertex normals for each triangle, or mray::kFlatCorner. O(triangles).
     std::vector<mray::uvec3> normal_ids() const;
@@ -100,9 +100,9 @@ public:
     bool has_alpha_test() const {
         return std::ranges::any_of(textures_, [](auto& image) { return image->has_alpha_test(); });
     }
-    std::span<const MeshPlace> places() const { return places_; }
+    std::span<const MeshSlot> slots() const { return slots_; }
     /// The mesh, or nothing for a geom_id that is free or whose attach() is only collected.
-    const MeshPlace* find(std::uint32_t geom_id) const;
+    const MeshSlot* find(std::uint32_t geom_id) const;
 
     /// A hit of a triangle of the topology.
     Hit locate(float t, float u, float v, std::uint32_t prim_id) const {
@@ -119,22 +119,22 @@ public:
     std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;
 
 private:
-    /// The mesh that a geom_id will have, and its arrays. After detach() `place.used` is false and
+    /// The mesh that a geom_id will have, and its arrays. After detach() `slot.used` is false and
     /// all arrays are empty. Without textures `texcoords` and `texture_ids` are empty.
     struct Change {
-        MeshPlace place = {};
+        MeshSlot slot = {};
         std::vector<mray::uvec3> triangles = {};
         std::vector<mray::Albedo> albedo = {};
         std::vector<mray::Texcoords> texcoords = {};
         std::vector<std::uint32_t> texture_ids = {};
     };
 
-    void move_triangles(std::span<const KeptRun> runs, std::size_t count);
-    void renumber(const MeshPlace& place, std::uint32_t vertex_shift, std::uint32_t texture_shift);
-    void write(const MeshPlace& place, Change change);
+    void move_triangles(std::span<const KeptRange> runs, std::size_t count);
+    void renumber(const MeshSlot& slot, std::uint32_t vertex_shift, std::uint32_t texture_shift);
+    void write(const MeshSlot& slot, Change change);
 
     /// By geom_id.
-    std::vector<MeshPlace> places_;
+    std::vector<MeshSlot> slots_;
     /// geom_ids in use with triangles, ascending, and the first_prim of each.
     std::vector<std::uint32_t> geometry_ids_;
     std::vector<std::uint32_t> first_prims_;

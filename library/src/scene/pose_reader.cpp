@@ -104,9 +104,9 @@ PoseReader::PoseReader(const std::optional<Box>& bounds, const Point& origin,
       space_(bounds_),
       target_(target) {}
 
-/// Reads a piece into this space. Returns whether one of its positions has changed.
-bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
-    const MeshPlace& mesh = *piece.mesh;
+/// Reads vertices into this space. Returns whether one of its positions has changed.
+bool PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena) {
+    const MeshSlot& mesh = *range.mesh;
     const std::span<vec3> scene =
         std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
     const auto for_each_read = [&](std::size_t first, std::size_t end, auto use) {
@@ -115,7 +115,7 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
         });
     };
     const MadePositions made = for_each_part(
-        piece.first, piece.first + piece.count, arena, [&](std::size_t first, std::size_t count) {
+        range.first, range.first + range.count, arena, [&](std::size_t first, std::size_t count) {
             MadePositions sum;
             for_each_read(first, first + count, [&](std::size_t at, std::span<const vec3> run) {
                 sum.extend(
@@ -133,7 +133,7 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
             kept->second.world[i] = space_.to_world(scene[i]);
     }
     kept->second.any_left_out |= made.any_left_out;
-    for_each_read(piece.first, piece.first + piece.count,
+    for_each_read(range.first, range.first + range.count,
                   [&](std::size_t at, std::span<const vec3> run) {
                       std::copy(run.begin(), run.end(), &kept->second.world[at]);
                   });
@@ -142,7 +142,7 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
 
 /// Calls use(first, run) for runs of vertices [begin, end) of a mesh as they were read.
 template <class Use>
-void PoseReader::for_each_world_run(const MeshPlace& mesh, std::size_t begin, std::size_t end,
+void PoseReader::for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                                     Use use) const {
     if (const auto kept = kept_.find(mesh.first_vertex); kept != kept_.end()) {
         use(begin, std::span(kept->second.world).subspan(begin, end - begin));
@@ -159,7 +159,7 @@ void PoseReader::for_each_world_run(const MeshPlace& mesh, std::size_t begin, st
 
 mray::PoseExtent PoseReader::extent_of(const MeshList& meshes, mray::ThreadArena& arena) const {
     mray::PoseExtent all;
-    for (const MeshPlace& mesh : meshes.places()) {
+    for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used) continue;
         all.extend(
             for_each_part(0, mesh.vertex_count(), arena, [&](std::size_t first, std::size_t count) {
@@ -178,7 +178,7 @@ mray::PoseExtent PoseReader::extent_of(const MeshList& meshes, mray::ThreadArena
 void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
                          mray::ThreadArena& arena) {
     std::map<std::uint32_t, KeptPositions> kept;
-    for (const MeshPlace& mesh : meshes.places()) {
+    for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used) continue;
         std::vector<vec3> world(mesh.vertex_count());
         const auto scene = std::span(positions_).subspan(mesh.first_vertex, world.size());
@@ -214,9 +214,9 @@ bool PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
 
 /// Brings the positions of meshes that were there before to their places.
 void PoseReader::move_kept_meshes(const MeshList& meshes) {
-    std::vector<KeptRun> runs;
+    std::vector<KeptRange> runs;
     auto kept_before = std::exchange(kept_, {});
-    for (const MeshPlace& mesh : meshes.places()) {
+    for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used || !mesh.vertex_before || mesh.vertex_count() == 0) continue;
         runs.push_back({*mesh.vertex_before, mesh.first_vertex, mesh.vertex_count()});
         if (const auto kept = kept_before.find(*mesh.vertex_before); kept != kept_before.end())
@@ -228,28 +228,28 @@ void PoseReader::move_kept_meshes(const MeshList& meshes) {
 std::vector<mray::IndexRange> PoseReader::read_list(const MeshList& meshes,
                                                     mray::ThreadArena& arena) {
     move_kept_meshes(meshes);
-    std::vector<Piece> kept;
-    for (const MeshPlace& mesh : meshes.places()) {
+    std::vector<MeshVertices> kept;
+    for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used) continue;
-        const Piece all{&mesh, 0, mesh.vertex_count()};
+        const MeshVertices all{&mesh, 0, mesh.vertex_count()};
         if (!mesh.vertex_before) {
             fill_invalid(std::span(positions_).subspan(mesh.first_vertex, all.count));
-            read_piece(all, arena);
+            read_of_mesh(all, arena);
         } else if (mesh.deforms) {
             kept.push_back(all);
         }
     }
-    return read_pieces(meshes, kept, arena);
+    return read(meshes, kept, arena);
 }
 
-std::vector<mray::IndexRange> PoseReader::read_pieces(const MeshList& meshes,
-                                                      std::span<const Piece> pieces,
-                                                      mray::ThreadArena& arena) {
+std::vector<mray::IndexRange> PoseReader::read(const MeshList& meshes,
+                                               std::span<const MeshVertices> vertices,
+                                               mray::ThreadArena& arena) {
     std::vector<mray::IndexRange> changed;
-    for (const Piece& piece : pieces) {
-        const auto begin = static_cast<std::uint32_t>(piece.mesh->first_vertex + piece.first);
-        const auto end = static_cast<std::uint32_t>(begin + piece.count);
-        if (read_piece(piece, arena)) changed.push_back({begin, end});
+    for (const MeshVertices& range : vertices) {
+        const auto begin = static_cast<std::uint32_t>(range.mesh->first_vertex + range.first);
+        const auto end = static_cast<std::uint32_t>(begin + range.count);
+        if (read_of_mesh(range, arena)) changed.push_back({begin, end});
     }
     if (!is_extended_ && !bounds_.empty()) return changed;
     if (!find_space(meshes, arena)) return changed;
@@ -258,8 +258,8 @@ std::vector<mray::IndexRange> PoseReader::read_pieces(const MeshList& meshes,
 
 std::vector<LeftOut> PoseReader::left_out(const MeshList& meshes) const {
     std::vector<LeftOut> all;
-    for (std::uint32_t id = 0; id < meshes.places().size(); ++id) {
-        const MeshPlace& mesh = meshes.places()[id];
+    for (std::uint32_t id = 0; id < meshes.slots().size(); ++id) {
+        const MeshSlot& mesh = meshes.slots()[id];
         const auto kept = kept_.find(mesh.first_vertex);
         if (!mesh.used || kept == kept_.end() || !kept->second.any_left_out) continue;
         LeftOut one{.geom_id = id};

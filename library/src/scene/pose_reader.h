@@ -17,6 +17,13 @@
 
 namespace morphray::detail {
 
+/// Vertices [first, first + count) of a mesh.
+struct MeshVertices {
+    const MeshSlot* mesh;
+    std::size_t first;
+    std::size_t count;
+};
+
 /// The positions of all meshes, as they were last read, in world space and in scene space, and the
 /// space, which is space_of_pose() of bounds and positions. Vertices that no triangle uses are
 /// kInvalidCoordinate, as if they were not finite.
@@ -45,15 +52,9 @@ public:
     /// were there before are not read. Returns vertices besides which none of a mesh that was there
     /// has changed in scene space.
     std::vector<mray::IndexRange> read_list(const MeshList& meshes, mray::ThreadArena& arena);
-    /// Positions of a mesh, which are in it.
-    struct Piece {
-        const MeshPlace* mesh;
-        std::size_t first;
-        std::size_t count;
-    };
-    /// Reads these positions. Returns vertices besides which none has changed in scene space.
-    std::vector<mray::IndexRange> read_pieces(const MeshList& meshes, std::span<const Piece> pieces,
-                                              mray::ThreadArena& arena);
+    /// Reads these vertices. Returns vertices besides which none has changed in scene space.
+    std::vector<mray::IndexRange> read(const MeshList& meshes, std::span<const MeshVertices> pieces,
+                                       mray::ThreadArena& arena);
     /// Counts the vertices that are left out, by meshes that have some.
     std::vector<LeftOut> left_out(const MeshList& meshes) const;
 
@@ -65,9 +66,9 @@ private:
     };
 
     void move_kept_meshes(const MeshList& meshes);
-    bool read_piece(const Piece& piece, mray::ThreadArena& arena);
+    bool read_of_mesh(const MeshVertices& piece, mray::ThreadArena& arena);
     template <class Use>
-    void for_each_world_run(const MeshPlace& mesh, std::size_t begin, std::size_t end,
+    void for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                             Use use) const;
     mray::PoseExtent extent_of(const MeshList& meshes, mray::ThreadArena& arena) const;
     bool find_space(const MeshList& meshes, mray::ThreadArena& arena);

@@ -58,7 +58,6 @@ TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
     std::vector<FloatWinding> windings(points.size());
     std::vector<UncertainCrossing> uncertain;
     std::vector<ClosestTriangle> closest(points.size());
-    cpu::Rivals rivals;
     const QueryBatch batches[] = {CountQuery{rays, Crossing::kEach, counts, watch},
                                   ListQuery{rays, Crossing::kEach, kAllHits, lists, watch},
                                   WindingQuery{points, windings, uncertain, watch},
@@ -67,7 +66,6 @@ TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
         EXPECT_THROW(brute(batch), Error) << batch.index();
         EXPECT_THROW(tree(batch), Error) << batch.index();
     }
-    EXPECT_THROW(cpu::find_rivals(bvh, best_simd_target(), points, closest, rivals, watch), Error);
 }
 
 /// Groups of 16 points within some ulp, or within parts of the scene, of mixed points.
@@ -124,7 +122,7 @@ TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
 }
 
 /// Expects that rivals of points have the triangles that are exactly closest.
-void expect_closest_among(const cpu::Rivals& rivals, const std::vector<vec3>& points,
+void expect_closest_among(const Rivals& rivals, const std::vector<vec3>& points,
                           const std::vector<std::uint32_t>& closest) {
     ASSERT_EQ(rivals.ends.size(), points.size());
     std::size_t first = 0;
@@ -141,25 +139,21 @@ TEST(TreeQueries, FindTheExactlyClosestTriangleAmongRivalsOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const cpu::BruteTracer brute(scene.topology(), scene.positions());
         for (const std::size_t groups : {std::size_t{20}, std::size_t{6}}) {
             const std::vector<vec3> points = grouped_points(scene, groups);
-            std::vector<ClosestTriangle> expected(points.size());
-            brute(ClosestQuery{points, kAnyDistance2, expected});
             std::vector<std::uint32_t> closest;
             for (const vec3& p : points) closest.push_back(exact_closest(bvh, dvec3(p)).prim_id);
+            std::vector<ClosestTriangle> found(points.size());
+            Rivals of_brute;
+            cpu::BruteTracer(scene.topology(), scene.positions())(
+                ClosestQuery{points, kAnyDistance2, found, {}, &of_brute});
+            expect_closest_among(of_brute, points, closest);
             for (const SimdTarget& target : supported_simd_targets()) {
                 SCOPED_TRACE(std::string(named.name) + ", " + target.name);
-                std::vector<ClosestTriangle> found(points.size(), {kAnyDistance2, kNoPrim});
-                cpu::Rivals rivals;
-                cpu::find_rivals(bvh, target, points, found, rivals);
-                EXPECT_TRUE(found == expected);
+                Rivals rivals;
+                cpu::TreeQueries(bvh,
+                                 target)(ClosestQuery{points, kAnyDistance2, found, {}, &rivals});
                 expect_closest_among(rivals, points, closest);
-                // Where a device has found them.
-                cpu::Rivals again;
-                cpu::find_rivals(bvh, target, points, found, again);
-                EXPECT_TRUE(found == expected);
-                expect_closest_among(again, points, closest);
             }
         }
     }

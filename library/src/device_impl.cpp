@@ -1,4 +1,5 @@
-// The self-test of a Vulkan device.
+#include "library/src/device_impl.h"
+
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -7,20 +8,81 @@
 #include <optional>
 #include <random>
 #include <sstream>
+#include <utility>
 #include <vector>
 
+#include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
 #include "common/version.h"
-#include "cpu/cpu_backend.h"
-#include "library/src/device_impl.h"
 #include "library/src/scene/errors.h"
+#include "morphray/version.hpp"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif
 
-namespace morphray::detail {
+namespace morphray {
+namespace detail {
+
+#ifndef MORPHRAY_HAS_VULKAN
+namespace {
+
+[[noreturn]] void throw_no_vulkan() {
+    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
+}
+
+}  // namespace
+#endif
+
+DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan)
+    : kind_(kind),
+      cpu_(cpu),
+      vulkan_(vulkan),
+      arena_(cpu.threads),
+      simd_target_(mray::find_simd_target(cpu.simd == mray::kSimdOff ? "scalar" : cpu.simd)) {
+#ifdef MORPHRAY_HAS_VULKAN
+    if (kind_ == Kind::vulkan) {
+        const std::optional<DeviceCheck> kept = kept_device_check(vulkan_.device);
+        const DeviceCheck check = kept ? *kept : check_vulkan_device(vulkan_.device);
+        if (!check.passed) throw Error(check.code, check.problem);
+    }
+#endif
+    std::unique_ptr<mray::Backend> backend = make_backend();
+    name_ = backend->info().name;
+    description_ = backend->info().description;
+}
+
+#ifdef MORPHRAY_HAS_VULKAN
+std::shared_ptr<mray::gpu::SharedDevice> DeviceImpl::open_vulkan_device() {
+    const std::scoped_lock lock(mutex_);
+    if (shared_ == nullptr || mray::gpu::is_lost(*shared_)) {
+        shared_ = mray::gpu::open_device({.device = vulkan_.device, .validate = vulkan_.validate});
+    }
+    return shared_;
+}
+#endif
+
+std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
+    const mray::cpu::CpuConfig config{.threads = cpu_.threads, .simd = cpu_.simd};
+    if (kind_ == Kind::cpu) return mray::cpu::make_cpu_backend(config);
+    if (kind_ == Kind::brute) return mray::cpu::make_brute_backend(config);
+#ifdef MORPHRAY_HAS_VULKAN
+    return mray::gpu::make_backend_on(open_vulkan_device());
+#else
+    throw_no_vulkan();
+#endif
+}
+
+Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan) {
+    return with_public_errors([&] {
+        if (cpu.threads < 0) throw_bad_argument("threads: must not be negative");
+        return Device(std::make_shared<DeviceImpl>(kind, cpu, vulkan));
+    });
+}
+
+// ---- The self-test of a Vulkan device
+
 namespace {
 
 using mray::vec3;
@@ -190,13 +252,54 @@ DeviceCheck run_check(const mray::gpu::DeviceInfo& info) {
 }  // namespace
 #endif
 
-}  // namespace morphray::detail
+}  // namespace detail
 
-namespace morphray {
+using detail::DeviceImpl;
+using detail::with_public_errors;
+
+const char* version() noexcept { return mray::kVersion.data(); }
+
+Device::Device(std::shared_ptr<DeviceImpl> impl) : impl_(std::move(impl)) {}
+
+Device Device::cpu(const CpuOptions& options) {
+    return DeviceImpl::make(DeviceImpl::Kind::cpu, options, {});
+}
+
+Device Device::vulkan(const VulkanOptions& options) {
+    return DeviceImpl::make(DeviceImpl::Kind::vulkan, {}, options);
+}
+
+Device Device::brute_force(const CpuOptions& options) {
+    return DeviceImpl::make(DeviceImpl::Kind::brute, options, {});
+}
+
+const std::string& Device::name() const { return impl_->name(); }
+std::string Device::description() const { return impl_->description(); }
+
+std::vector<std::string> simd_targets() {
+    return with_public_errors([] {
+        std::vector<std::string> names;
+        for (const mray::SimdTarget& target : mray::supported_simd_targets())
+            names.emplace_back(target.name);
+        return names;
+    });
+}
 
 #ifdef MORPHRAY_HAS_VULKAN
+std::vector<VulkanDeviceInfo> vulkan_devices() {
+    return with_public_errors([] {
+        std::vector<VulkanDeviceInfo> infos;
+        for (const mray::gpu::DeviceInfo& info : mray::gpu::list_devices()) {
+            infos.push_back({info.index, info.name, info.type, info.driver, info.uuid,
+                             info.api_major, info.api_minor, info.memory_bytes, info.subgroup_size,
+                             info.unusable});
+        }
+        return infos;
+    });
+}
+
 DeviceCheck check_vulkan_device(const std::string& device) {
-    return detail::with_public_errors([&] {
+    return with_public_errors([&] {
         const mray::gpu::DeviceInfo info = mray::gpu::find_device(device);
         const DeviceCheck check = detail::run_check(info);
         detail::keep_check(info, check);
@@ -205,12 +308,11 @@ DeviceCheck check_vulkan_device(const std::string& device) {
 }
 
 std::optional<DeviceCheck> kept_device_check(const std::string& device) {
-    return detail::with_public_errors(
-        [&] { return detail::kept_check(mray::gpu::find_device(device)); });
+    return with_public_errors([&] { return detail::kept_check(mray::gpu::find_device(device)); });
 }
 
 DeviceCheck keep_lost_device(const std::string& device, const std::string& what) {
-    return detail::with_public_errors([&] {
+    return with_public_errors([&] {
         const mray::gpu::DeviceInfo info = mray::gpu::find_device(device);
         const DeviceCheck check = detail::failure(info, ErrorCode::device_lost, what);
         detail::keep_check(info, check);
@@ -218,15 +320,11 @@ DeviceCheck keep_lost_device(const std::string& device, const std::string& what)
     });
 }
 #else
-DeviceCheck check_vulkan_device(const std::string&) {
-    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
-}
-std::optional<DeviceCheck> kept_device_check(const std::string&) {
-    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
-}
-DeviceCheck keep_lost_device(const std::string&, const std::string&) {
-    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
-}
+using detail::throw_no_vulkan;
+std::vector<VulkanDeviceInfo> vulkan_devices() { throw_no_vulkan(); }
+DeviceCheck check_vulkan_device(const std::string&) { throw_no_vulkan(); }
+std::optional<DeviceCheck> kept_device_check(const std::string&) { throw_no_vulkan(); }
+DeviceCheck keep_lost_device(const std::string&, const std::string&) { throw_no_vulkan(); }
 #endif
 
 }  // namespace morphray
