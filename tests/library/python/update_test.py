@@ -153,21 +153,6 @@ def test_several_meshes():
     assert caught.value.code == "bad_argument"
 
 
-def test_scenes_without_triangles_have_no_hits():
-    no_points = np.empty((0, 3), np.float32)
-    no_triangles = np.empty((0, 3), np.uint32)
-    for scene in [
-        morphray.Scene(no_points, no_triangles),
-        morphray.Scene(triangle()[0], no_triangles),
-        morphray.Scene([]),
-    ]:
-        scene.update()
-        assert scene.intersect(DOWN)["prim_id"] == morphray.INVALID_ID
-        assert not scene.occluded(DOWN)
-        assert scene.render((4, 4)).hits["prim_id"].min() == morphray.INVALID_ID
-    assert (morphray.Scene([]).bounds[0] > morphray.Scene([]).bounds[1]).all()
-
-
 @pytest.mark.parametrize("dtype", ["u4", "i4", "u8", "i8", ">u4"])
 def test_triangles_of_each_integer_type(dtype):
     points, triangles = grid(8)
