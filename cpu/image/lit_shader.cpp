@@ -82,7 +82,6 @@ public:
     UintVec albedo(const RunLookup& at) const { return at(albedo_); }
 
 private:
-    /// Returns whether there is a hit.
     bool split(const Hit* row, std::size_t width) {
         count_ = 0;
         const auto is_hit = [](const Hit& hit) { return hit.prim_id != kNoPrim; };
@@ -115,7 +114,6 @@ private:
         albedo_.resize(size);
     }
 
-    /// Loads the triangles of runs `at` and following.
     void load(const LitSamples& samples, std::size_t at) {
         const UintVec prim = load_unaligned(&prims_[at]);
         lanes::Float3 v[3];
@@ -142,7 +140,6 @@ private:
         return {at(planes_[plane]), at(planes_[plane + 1]), at(planes_[plane + 2])};
     }
 
-    /// The run of each sample.
     AlignedVector<std::uint32_t> run_of_;
     /// Triangle and albedo of each run.
     AlignedVector<std::uint32_t> prims_;
@@ -342,7 +339,6 @@ public:
         }
     }
 
-    /// Writes the mean colours of `width` pixels.
     void write(std::size_t width, std::uint32_t* pixels) {
         for (std::uint32_t pairs = side_; pairs > 1; pairs /= 2) {
             const std::size_t count = width * (pairs / 2);
@@ -389,7 +385,6 @@ inline constexpr std::uint32_t kNoColour = 0xFF000000u;
 // Samples without a hit before the first and after the last one of a row.
 inline constexpr std::size_t kPad = std::max<std::size_t>(kLanes, kAoSquareSide);
 
-/// Samples of a row, one a lane.
 struct SampleLanes {
     UintVec x, y;
     /// True where the sample has a hit. Elsewhere t, u and v are undefined, and prim is 0.
@@ -412,7 +407,6 @@ struct SurfaceRow {
     }
 };
 
-/// Shades rows of samples from the top down.
 class LitRows {
 public:
     LitRows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end, bool with_details)
@@ -464,7 +458,6 @@ public:
     const float* detail(std::size_t plane) const { return details_[plane].data(); }
 
 private:
-    /// Whether a sample's colour depends on the samples around it.
     bool has_neighbours() const { return s_.ao_count > 0; }
 
     SampleLanes load_samples(std::uint32_t x, std::uint32_t y) const {
@@ -626,10 +619,8 @@ private:
 
     /// Linear colours, normals and openness of lit samples, and how their colours are rounded.
     struct LitLanes {
-        lanes::Float3 colour;
-        lanes::Float3 normal;
-        FloatVec open;
-        FloatVec rounding;
+        lanes::Float3 colour, normal;
+        FloatVec open, rounding;
     };
 
     LitLanes lit_surface(const SampleLanes& samples, FloatVec height, FloatVec dithered) const {
@@ -667,9 +658,7 @@ private:
     }
 
     const LitSamples& s_;
-    std::uint32_t width_;
-    std::uint32_t height_;
-    /// A pixel has 2^side_bits_ samples a side.
+    std::uint32_t width_, height_;
     int side_bits_;
     std::vector<SurfaceRow> rows_;
     std::int64_t first_row_ = 0;
@@ -686,7 +675,6 @@ public:
 
     void clear() { std::fill(pixels_.begin(), pixels_.end(), LitPixel{}); }
 
-    /// Adds row `k` of the samples of the pixels.
     void add(const LitRows& rows, std::uint32_t k) {
         for (std::size_t x = 0; x < pixels_.size(); ++x) {
             LitPixel& pixel = pixels_[x];
@@ -752,12 +740,9 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(find_flat_shadows_of_row);
 HWY_EXPORT(shade_lit_rows);
-
-}  // namespace
 
 LitShader::LitShader(SimdTarget target)
     : shade_rows(SIMD_FUNCTION(shade_lit_rows, target)),

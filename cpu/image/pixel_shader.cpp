@@ -31,7 +31,6 @@ constexpr std::uint32_t kColumnShift = 2;
 constexpr std::uint32_t kRowMask = kBlockSide - 1;
 static_assert(kBlockSide == 1u << kColumnShift);
 
-/// Some pixels of a block, one a lane.
 struct PixelLanes {
     UintVec x, y;
     /// Whether the pixel is in the region and has a hit.
@@ -123,10 +122,9 @@ HWY_INLINE PixelLanes load_pixels(const ImageRegion& region, const PixelBlock& b
     return pixels;
 }
 
-/// Values of the pixels of a strip, row by row.
 class StripRows {
 public:
-    /// Sets those of a block, which come column by column.
+    /// Sets the values of a block, which come column by column.
     HWY_INLINE void set(const Tile& strip, const PixelBlock& block, const std::uint32_t* from) {
         std::uint32_t* const to = rows_[0] + (block.x - strip.x0);
 #if HWY_TARGET != HWY_SCALAR
@@ -169,7 +167,6 @@ private:
 /// are still in the caches, unlike the vertices of the mesh.
 class LeafNormals {
 public:
-    /// Finds those of a packet that has been traced.
     void find(const CameraPacket& packet, const Topology& topology) {
         has_degenerate_ = false;
         leaves_.resize(packet.hit_leaves.size());
@@ -240,7 +237,7 @@ private:
     bool has_degenerate_ = false;
 };
 
-/// Rays that differ in their directions and lengths alone.
+/// Directions and lengths of rays.
 struct DirectionLanes {
     lanes::Float3 dir;
     FloatVec tfar;
@@ -269,7 +266,6 @@ HWY_INLINE UintVec colours_of(FloatVec intensity, UintVec albedo) {
     return lanes::pack_rgb(channels[0], channels[1], channels[2]);
 }
 
-/// camera_ray().dir.
 HWY_INLINE lanes::Float3 directions_of(const ImageRegion& region, const PixelLanes& pixels) {
     return lanes::canonical_direction(
         lanes::camera_direction(region.params.camera, pixels.x, pixels.y));
@@ -321,7 +317,6 @@ public:
         return lanes::surface_with(org, dir, pixels.t, normals);
     }
 
-    /// The albedos of the surfaces that next() has returned.
     HWY_INLINE UintVec albedos() const { return albedos_; }
 
 private:
@@ -457,7 +452,6 @@ HWY_INLINE DirectionLanes ao_rays(const lanes::Surface& s, UintVec x, UintVec y,
     return {canonical_direction(dir), tfar * lanes::power_of_two_below(largest_component(dir))};
 }
 
-/// The first or the last 16 bytes of a Ray.
 struct alignas(16) HalfRay {
     float words[4];
 };
@@ -553,7 +547,6 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(shade_camera_region);
 HWY_EXPORT(make_camera_rays_of_tile);
@@ -561,8 +554,6 @@ HWY_EXPORT(make_shadow_rays_of_region);
 HWY_EXPORT(shade_shadows_of_region);
 HWY_EXPORT(make_ao_rays_of_region);
 HWY_EXPORT(shade_ao_of_region);
-
-}  // namespace
 
 PixelShader::PixelShader(SimdTarget target)
     : make_camera_rays(SIMD_FUNCTION(make_camera_rays_of_tile, target)),

@@ -45,7 +45,7 @@ struct alignas(64) LitPixels {
     Albedo albedo[kBlockRays];
 };
 
-/// The pixels of a region that show a triangle, and those of them that have a shadow ray.
+/// The pixels of a region that show a triangle, and the ones with a shadow ray.
 struct ShadowRayCounts {
     std::size_t hits = 0;
     std::size_t rays = 0;

@@ -1,11 +1,4 @@
 // The triangles of a mesh that pixels show, each loaded once for pixels that are neighbours.
-#if defined(MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
-#undef MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
-#endif
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -84,7 +77,6 @@ HWY_INLINE void load_corners(const Topology& topology, std::span<const vec3> pos
     }
 }
 
-/// Returns for each lane the number of set lanes of the mask before it.
 HWY_INLINE UintVec lanes_below(Mask m) {
     const UintVec below = hn::Shl(splat(1u), hn::Iota(kUints, 0)) - splat(1u);
     return hn::PopulationCount(splat(bits_of(m)) & below);
@@ -120,7 +112,6 @@ public:
         count_ += static_cast<std::uint32_t>(count(is_first));
     }
 
-    /// Loads the triangles that were added, and their albedos.
     void load(const ShadedMesh& mesh) {
         has_degenerate_ = false;
         if (count_ == 0) return;
@@ -164,10 +155,10 @@ private:
     std::uint32_t vectors_ = 0;
     std::uint32_t count_ = 0;
     bool has_degenerate_ = false;
-    /// The triangles of vector i begin at begin_[i]; places_[i] says where those of its lanes are.
+    /// The triangles of vector i begin at begin_[i]; places_[i] are the places of its lanes from
+    /// there on.
     std::uint32_t begin_[kMostPixels / kLanes];
-    alignas(kCacheLine) std::uint32_t places_[kMostPixels / kLanes][kLanes];
-    alignas(kCacheLine) std::uint32_t prims_[kRoom];
+    alignas(kCacheLine) std::uint32_t places_[kMostPixels / kLanes][kLanes], prims_[kRoom];
     alignas(kCacheLine) float normals_[3][kRoom];
     alignas(kCacheLine) std::uint32_t albedos_[kRoom];
 };
@@ -175,5 +166,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

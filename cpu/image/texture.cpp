@@ -22,10 +22,8 @@ std::uint32_t rounded_root(std::uint32_t square) {
 /// The texels of a row or column of `size` that texel x of the half as large one covers, and how
 /// much of each: all weights are whole numbers with the sum `total`.
 struct Taps {
-    std::uint32_t first;
-    std::uint32_t count;
-    std::uint64_t weights[3];
-    std::uint64_t total;
+    std::uint32_t first, count;
+    std::uint64_t weights[3], total;
 };
 Taps taps_of(std::uint32_t size, std::uint32_t x) {
     if (size == 1) return {0, 1, {1, 0, 0}, 1};
@@ -37,9 +35,7 @@ Taps taps_of(std::uint32_t size, std::uint32_t x) {
 
 /// The texels that x lies between on a side of `size` texels, and the weight of `high` in 1/256.
 struct TexelPair {
-    std::uint32_t low;
-    std::uint32_t high;
-    std::uint32_t weight;
+    std::uint32_t low, high, weight;
 };
 TexelPair texel_pair(float x, std::uint32_t size, bool clamp) {
     const int scaled = static_cast<int>(x * static_cast<float>(size * kWeightOne));

@@ -32,7 +32,6 @@ public:
     struct Level {
         /// Width and height of the level, then of the next one, or of the last once more.
         alignas(16) std::int32_t sides[4];
-        /// The index of its first texel in texels().
         std::size_t first;
 
         std::uint32_t width() const { return static_cast<std::uint32_t>(sides[0]); }

@@ -20,7 +20,6 @@ namespace mray::cpu {
 /// The shadow rays of a tile, with indices as by light_packet_ray().
 struct ShadowRays {
     std::vector<SharedOriginRays> rays;
-    /// The `lit` of PixelShader::make_shadow_rays.
     std::vector<LitPixels> lit;
     std::vector<std::uint8_t> occluded;
 };
@@ -66,7 +65,7 @@ public:
                            Frame& frame, const Watch& watch) const;
 
 protected:
-    /// Traces those of the rays from org that have these indices.
+    /// Traces the rays from org that have these indices.
     void occluded_among(vec3 org, std::span<const SharedOriginRays> rays,
                         std::span<const std::uint16_t> indices,
                         std::span<std::uint8_t> occluded) const;
@@ -77,7 +76,6 @@ private:
     std::size_t trace_ao(const ImageRegion& region, const Watch& watch) const;
 
     PixelShader shader_;
-    /// Memory for the shadow rays of a thread.
     mutable tbb::enumerable_thread_specific<ShadowRays> shadow_rays_;
 };
 

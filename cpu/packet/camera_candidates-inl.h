@@ -25,7 +25,6 @@ namespace HWY_NAMESPACE {
 
 // ---- 1. Directions
 
-/// canonical_direction() in place.
 HWY_INLINE void canonical_directions(FloatVec d[3]) {
     const lanes::Float3 canonical = lanes::canonical_direction(lanes::Float3(d));
     d[0] = canonical.x;
@@ -124,18 +123,15 @@ struct Candidates {
     std::uint32_t others = 0;
 };
 
-/// Which candidates are in a chunk.
 HWY_INLINE Mask candidates_in_chunk(UintVec candidates, std::uint32_t chunk) {
     return float_mask((candidates & splat(~(kChunkTriangles - 1))) == splat(chunk));
 }
 
-/// Which candidates are in a leaf.
 HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
     static_assert(kLeafTriangles == 16);
     return float_mask(shift_right<4>(candidates) == splat(leaf));
 }
 
-/// The leaf's triangles in these slots.
 HWY_INLINE TriangleLanes triangles_in_slots(const Leaf& leaf, UintVec slots) {
     TriangleLanes out;
     const LeafColumns columns(leaf, [](FloatVec v, int) HWY_ATTR { return v; });
@@ -354,8 +350,7 @@ private:
 
     CameraPacket& packet_;
     std::size_t count_ = 0;
-    std::uint32_t rays_[kMany + kLanes];
-    std::uint32_t triangles_[kMany + kLanes];
+    std::uint32_t rays_[kMany + kLanes], triangles_[kMany + kLanes];
 };
 
 }  // namespace HWY_NAMESPACE

@@ -3,13 +3,6 @@
 //   2. items (triangle, block): which need a test, and the values at a block's rays
 //   3. a leaf: its triangles against blocks of rays
 //   4. the packet in the tree: its active rays at a node are a set of blocks
-#if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H
-#undef MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H
-#else
-#define MORPHRAY_CPU_PACKET_CAMERA_PACKET_INL_H
-#endif
-
 #include <cstddef>
 #include <cstdint>
 
@@ -84,7 +77,6 @@ struct WordRows {
 };
 inline constexpr WordRows kWordRows;
 
-/// Finds the blocks of `among` in some columns and rows. Returns whether there are any.
 HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows, const BlockSet& among,
                                BlockSet& out) {
     const std::uint64_t of_columns = columns * kEachRow;
@@ -264,8 +256,7 @@ private:
     const CameraPacket& packet_;
     const GridPlanes& planes_;
     std::uint64_t columns_;
-    FloatVec more_[4][kBlockRays / kLanes];
-    FloatVec at_column_[4][kVectors];
+    FloatVec more_[4][kBlockRays / kLanes], at_column_[4][kVectors];
     FloatVec most_[3], most_q_;
     alignas(64) float middle_[4][8 * kGridSide];
 };
@@ -301,13 +292,11 @@ public:
             add_hit_leaf(packet_, leaf);
     }
 
-    /// Resolves all deferred rays by the rule.
     HWY_NOINLINE void resolve() {
         deferred_.resolve(traced_);
         uncertain_blocks_ = {};
     }
 
-    /// Updates the depths of the traced blocks.
     void find_depths() {
         for (std::uint32_t w = 0; w < kGridWords; ++w) {
             std::uint64_t blocks = traced_.words[w];
@@ -365,7 +354,6 @@ private:
         return any_closer;
     }
 
-    /// Defers what a leaf has left uncertain.
     HWY_NOINLINE void defer(const Leaf& leaf, std::uint32_t first_candidate) {
         if (first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
             add_hit_leaf(packet_, leaf);
@@ -640,12 +628,9 @@ private:
     CameraPacket& packet_;
     PacketUse use_;
     CameraLeaves leaves_;
-    /// The pixels that the first leaves concern.
     std::uint32_t pixels_of_leaves_ = 0;
 };
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -98,7 +98,6 @@ struct alignas(64) HitLeaf {
 struct CameraFrame : PacketFrame {
     /// Twice ray_error, and room for the rounding of sums.
     float grid_margin;
-    /// Columns and rows of blocks that hold rays.
     std::uint32_t grid_columns, grid_rows;
     /// The largest extent of a block in x and y together, margins included.
     float block_extent;
@@ -132,7 +131,6 @@ struct alignas(kPage) CameraPacket {
     float block_q[kGridBlocks];
 
     std::vector<HitLeaf> hit_leaves;
-    /// The leaves that the packet has visited.
     std::uint32_t leaf_count = 0;
 };
 

@@ -2,13 +2,6 @@
 //   1. the frame of a tile of camera rays
 //   2. the frame of rays that a caller has stored, if they lie nearly on a grid
 //   3. t, u and v of each closest candidate by the hit rule, many rays at a time
-#if defined(MORPHRAY_CPU_PACKET_CAMERA_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_PACKET_CAMERA_RAYS_INL_H
-#undef MORPHRAY_CPU_PACKET_CAMERA_RAYS_INL_H
-#else
-#define MORPHRAY_CPU_PACKET_CAMERA_RAYS_INL_H
-#endif
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -123,7 +116,6 @@ bool frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPack
     return true;
 }
 
-/// Resets the rays of a packet: no candidate, any depth.
 HWY_INLINE void start_rays(std::uint32_t width, std::uint32_t height, CameraPacket& packet) {
     const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;
     for (std::size_t r = 0; r < count; r += kLanes) {
@@ -191,8 +183,7 @@ public:
     bool good() const { return all(good_); }
 
 private:
-    Mask is_dir_;
-    Mask good_;
+    Mask is_dir_, good_;
     FloatVec org_[3];
 };
 
@@ -335,7 +326,6 @@ HWY_INLINE bool frame_stored_packet(const StoredRayTile& tile, StoredDirections&
 
 // ---- 3. Hits
 
-/// Hits, a lane each.
 struct HitLanes {
     FloatVec t, u, v;
     UintVec prim_ids;
@@ -394,7 +384,6 @@ public:
 
 private:
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
-    /// The rule's depth_slack, as in shear_ray.
     float depth_slack() const { return 0.25f * packet_.frame.depth_margin; }
 
     Hit* place(std::size_t ray) const {
@@ -603,7 +592,6 @@ private:
         }
     }
 
-    /// Writes the hits of the fallback rays, by the whole rule.
     HWY_NOINLINE void finish_fallback() const {
         for (std::size_t i = 0; i < fallback_count_; i += kLanes) {
             const std::size_t count = std::min<std::size_t>(kLanes, fallback_count_ - i);
@@ -650,5 +638,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

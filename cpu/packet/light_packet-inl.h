@@ -5,13 +5,6 @@
 //   4. blocks in the plane; rays of wide blocks are regrouped with their neighbours
 //   5. the frame of the plane, and the bounds of blocks, quads and groups in its unit
 //   6. the packet; rays too wide for one plane have a packet for each face of a cube
-#if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_INL_H
-#undef MORPHRAY_CPU_PACKET_LIGHT_PACKET_INL_H
-#else
-#define MORPHRAY_CPU_PACKET_LIGHT_PACKET_INL_H
-#endif
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,7 +22,6 @@ namespace HWY_NAMESPACE {
 
 // ---- 1. Rays and depths
 
-/// Updates quad_q of a quad from its blocks.
 HWY_INLINE void update_quad_depth(LightPacket& packet, std::uint32_t quad) {
     const float* block_q = packet.block_q + quad * kQuadBlocks;
     packet.quad_q[quad] =
@@ -49,13 +41,11 @@ HWY_INLINE void load_rays(const SharedOriginRays& rays, std::size_t first, Float
     tfar = load(rays.tfar + first);
 }
 
-/// The rays of a block.
 HWY_INLINE const SharedOriginRays& rays_of(const LightPacket& packet, std::size_t block) {
     return block < kLightPacketBlocks ? packet.rays[block]
                                       : packet.regrouped[block - kLightPacketBlocks];
 }
 
-/// The number of groups that hold the regrouped blocks.
 HWY_INLINE std::uint32_t regrouped_groups(const LightPacket& packet) {
     return (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
 }
@@ -73,7 +63,6 @@ inline double plane_unit(double extent) {
     return std::exp2(std::ceil(std::log2(std::max(extent, kLeastPlaneExtent) / kPlaneHalf)));
 }
 
-/// Directions of some rays of a packet.
 struct Samples {
     vec3 dirs[kLightPacketBlocks];
     std::size_t count = 0;
@@ -181,7 +170,6 @@ HWY_INLINE bool has_block(const LightPacketBlocks& blocks, std::uint32_t block) 
     return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
 }
 
-/// Calls visit(block) for each block.
 template <class Visit>
 HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
     for (std::uint32_t group = 0; group < kLightPacketGroups; ++group) {
@@ -212,7 +200,6 @@ struct Spreads {
     std::size_t used = 0;  // blocks with active rays
 };
 
-/// Sets the spreads of blocks [first, end), which are whole groups.
 HWY_INLINE void measure_spreads(const LightPacket& packet, std::uint32_t first, std::uint32_t end,
                                 Spreads& spreads) {
     spreads.used = 0;
@@ -267,7 +254,6 @@ struct Cells {
 /// A cell's extent is at least this over kPerSide, so that no scale overflows.
 inline constexpr float kLeastExtent = 1e-20f;
 
-/// The cells around the active rays of some blocks.
 HWY_INLINE Cells cells_around(const LightPacket& packet, const LightPacketBlocks& blocks) {
     PlaneRectangle r = PlaneRectangle::none();
     for_each_block(blocks, [&](std::uint32_t block) { r.add(packet.blocks[block]); });
@@ -317,7 +303,6 @@ HWY_INLINE void sort_rays(const SharedOriginRays* all, const LightPacketBlocks& 
     for (std::size_t i = 0; i < count; ++i) order.rays[next[keys[i]]++] = rays[i];
 }
 
-/// Makes all rays of some blocks inactive.
 HWY_INLINE void deactivate_blocks(LightPacket& packet, const LightPacketBlocks& blocks) {
     for_each_block(blocks, [&](std::uint32_t block) {
         packet.blocks.set(block, PlaneRectangle::none());
@@ -494,7 +479,6 @@ HWY_INLINE void for_each_range(const LightPacket& packet, Visit visit) {
     if (groups != 0) visit(kLightPacketBlocks, kLightPacketBlocks + groups * kGroupBlocks);
 }
 
-/// The largest |x| or |y| of the active rays.
 HWY_INLINE float plane_extent(const LightPacket& packet) {
     FloatVec extents = zero();
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
@@ -672,5 +656,3 @@ HWY_INLINE bool make_face_packet(vec3 org, const SharedOriginRays* rays, std::ui
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -52,7 +52,6 @@ struct LightRayIndices {
 };
 inline constexpr LightRayIndices kLightRayIndices;
 
-/// Returns the index of the ray at (x, y).
 inline std::uint32_t light_packet_ray(std::uint32_t x, std::uint32_t y) {
     return std::uint32_t{kLightRayIndices.x[x]} + kLightRayIndices.y[y];
 }
@@ -65,8 +64,7 @@ inline std::uint32_t light_packet_squares(std::uint32_t width, std::uint32_t hei
 /// The rays of a block, which start at one point: dir[axis][i] and tfar[i] are those of ray i, as
 /// in Ray; tnear is 0. Ray i is absent where tfar[i] < 0.
 struct alignas(64) SharedOriginRays {
-    float dir[3][kBlockRays];
-    float tfar[kBlockRays];
+    float dir[3][kBlockRays], tfar[kBlockRays];
 
     static SharedOriginRays none() {
         SharedOriginRays rays{};
@@ -87,7 +85,6 @@ struct alignas(64) SharedOriginRays {
     vec3 direction(std::size_t i) const { return {dir[0][i], dir[1][i], dir[2][i]}; }
     Ray ray(vec3 org, std::size_t i) const { return {org, 0, direction(i), tfar[i]}; }
 
-    /// Takes the direction and tfar of `ray`.
     void set(std::size_t i, const Ray& ray) {
         for (int axis = 0; axis < 3; ++axis) dir[axis][i] = ray.dir[axis];
         tfar[i] = ray.tfar;
@@ -118,8 +115,7 @@ struct alignas(kPage) LightPacket {
     /// plane. A hit with 1/z less than q_lower does not concern the ray; kDone: it is occluded or
     /// absent.
     alignas(64) float x[kAllLightPacketRays];
-    float y[kAllLightPacketRays];
-    float q_lower[kAllLightPacketRays];
+    float y[kAllLightPacketRays], q_lower[kAllLightPacketRays];
     /// The least q_lower of each block.
     float block_q[kAllLightPacketBlocks];
     /// The bounds of the active rays of each block; empty (lower > upper) without any.
@@ -127,7 +123,6 @@ struct alignas(kPage) LightPacket {
     /// The same bounds of each quad, and the least q_lower in it.
     PlaneRectangles<kLightPacketQuads> quads;
     float quad_q[kLightPacketQuads];
-    /// The same bounds of each group.
     PlaneRectangles<kLightPacketGroups> groups;
     std::uint32_t square_count;
     /// The number of regrouped blocks, which are kLightPacketBlocks and those after it.

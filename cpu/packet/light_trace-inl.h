@@ -4,13 +4,6 @@
 //   3. edges of triangles against bounds of many rays
 //   4. a leaf: its triangles against blocks of rays
 //   5. the packet in the tree: its active rays at a node are a set of quads
-#if defined(MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H
-#undef MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H
-#else
-#define MORPHRAY_CPU_PACKET_LIGHT_TRACE_INL_H
-#endif
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -140,7 +133,6 @@ public:
     HWY_INLINE RaysWithin(const LightPacket& packet, const PlaneRectangle& rectangle, float q)
         : packet_(packet), rectangle_(rectangle), q_(splat(q)) {}
 
-    /// Whether a block has any.
     HWY_INLINE bool any_of_block(std::size_t block) const {
         Mask found = at(block * kBlockRays);
         for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
@@ -148,7 +140,6 @@ public:
         return !none(found);
     }
 
-    /// The quads of `among` that have some.
     HWY_INLINE QuadSet quads(const QuadSet& among) const {
         QuadSet kept = {};
         for (std::uint32_t word = 0; word < 2; ++word) {
@@ -374,7 +365,6 @@ HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
     return ~(below & (above | ~triangles.unoriented));
 }
 
-/// The bounds of a vector of blocks.
 HWY_INLINE MiddleRectangles rectangles_of(const LightPacket& packet, std::size_t block) {
     return MiddleRectangles(RectangleLanes(packet.blocks, block));
 }
@@ -538,7 +528,6 @@ private:
         return count;
     }
 
-    /// Lists the blocks of grouped_ in blocks_.
     HWY_INLINE void list_blocks() {
         std::size_t count = 0;
         for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
@@ -573,13 +562,11 @@ private:
             occlude(leaf, items_[k] / kLeafTriangles, items_[k] % kLeafTriangles);
     }
 
-    /// Blocks of each group.
     struct GroupedBlocks {
         std::uint32_t groups;  // those with blocks, as bits
         std::uint32_t of_group[kLightPacketGroups];
     };
 
-    /// The bounds of all groups of grouped_.
     HWY_INLINE PlaneRectangle around_groups() const {
         PlaneRectangle r = PlaneRectangle::none();
         for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1)
@@ -625,7 +612,6 @@ private:
         return alive;
     }
 
-    /// Traces unoriented triangles one by one.
     HWY_NOINLINE void trace_unoriented(const Leaf& leaf, std::uint32_t unoriented) {
         unoriented &= triangles_through(triangles_, around_groups());
         for (; unoriented != 0; unoriented &= unoriented - 1) {
@@ -685,7 +671,6 @@ private:
         if (any) update_depth(packet_, block);
     }
 
-    /// Marks the rays of a block that the unoriented triangle i occludes.
     HWY_INLINE void occlude_unoriented(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
         const Planes planes(triangles_, i);
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
@@ -782,7 +767,6 @@ private:
     LeafOcclusion occlusion_;
 };
 
-/// Marks the occluded rays of a packet as done.
 HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
     LightPacketTracer tracer(packet);
     PacketTraversal<LightPacketTracer> traversal(bvh, tracer);
@@ -792,5 +776,3 @@ HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -18,7 +18,6 @@ inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
 /// answers do not depend on it.
 enum class PacketUse : std::uint8_t { kAlways, kWhereItPays };
 
-/// A word of bits with all blocks set.
 inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
 
 /// Stands for 1/z. kDone is nearer than any candidate: it marks rays that need no further test.
@@ -53,7 +52,7 @@ struct PlaneRectangle {
     }
 };
 
-/// Many of them, which vectors load.
+/// Rectangles in arrays, which vectors load.
 template <std::size_t kCount>
 struct alignas(64) PlaneRectangles {
     float lower_x[kCount], upper_x[kCount], lower_y[kCount], upper_y[kCount];
@@ -67,7 +66,6 @@ struct alignas(64) PlaneRectangles {
         lower_y[i] = r.lower_y;
         upper_y[i] = r.upper_y;
     }
-    /// Around four of them, from `first` on.
     PlaneRectangle around_four(std::size_t first) const {
         PlaneRectangle all = (*this)[first];
         for (std::size_t i = 1; i < 4; ++i) all.add((*this)[first + i]);
@@ -103,7 +101,6 @@ struct PacketFrame {
     /// How far a ray's stored x or y may be from that of its exact direction. A camera packet
     /// stores the middles of pixels.
     float ray_error;
-    /// Bounds of x and y of all active rays.
     float lower_x, upper_x, lower_y, upper_y;
     /// The depth margin, and how far from the exact hit the rule may place one, in z.
     float depth_margin, depth_error;

@@ -36,10 +36,8 @@ struct RectangleLanes {
 
     HWY_INLINE RectangleLanes(FloatVec left, FloatVec right, FloatVec low, FloatVec high)
         : lower_x(left), upper_x(right), lower_y(low), upper_y(high) {}
-    /// One rectangle in all lanes.
     HWY_INLINE explicit RectangleLanes(const PlaneRectangle& r)
         : RectangleLanes(splat(r.lower_x), splat(r.upper_x), splat(r.lower_y), splat(r.upper_y)) {}
-    /// Rectangles i and following, one a lane.
     template <std::size_t kCount>
     HWY_INLINE RectangleLanes(const PlaneRectangles<kCount>& r, std::size_t i)
         : RectangleLanes(load(r.lower_x + i), load(r.upper_x + i), load(r.lower_y + i),
@@ -143,7 +141,6 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const PlaneAxes& axes) {
     frame.per_depth = 1 / frame.depth_least;
 }
 
-/// Sets the rows that invert the axes.
 HWY_INLINE void set_rows(PacketFrame& frame, const PlaneAxes& axes) {
     const glm::dvec3 rows[3] = {glm::cross(axes.y, axes.z), glm::cross(axes.z, axes.x),
                                 glm::cross(axes.x, axes.y)};

@@ -14,7 +14,6 @@
 
 #include "cpu/packet/camera_packet-inl.h"
 #include "cpu/packet/camera_rays-inl.h"
-#include "cpu/packet/light_packet-inl.h"
 #include "cpu/packet/light_trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -108,7 +107,6 @@ HWY_INLINE void write_block(const LightPacket& packet, std::uint32_t block,
     }
 }
 
-/// Writes which rays of a regrouped block are occluded.
 HWY_INLINE void write_regrouped_block(const LightPacket& packet, std::uint32_t block,
                                       std::uint8_t* occluded) {
     for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
@@ -135,7 +133,6 @@ std::size_t write_fallback(const LightPacket& packet, const LightPacketBlocks& b
 /// Fewer rays of a face than this are fallback rays (lab/notes/cpu_tracer.md).
 constexpr std::size_t kFewFaceRays = 64;
 
-/// Traces rays that spread too widely for one plane.
 HWY_NOINLINE std::size_t occluded_by_faces(const Bvh& bvh, vec3 org, const SharedOriginRays* rays,
                                            std::uint32_t squares, LightPacket& packet,
                                            std::uint8_t* occluded, std::uint16_t* fallback) {
@@ -189,13 +186,10 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(intersect_camera_packet);
 HWY_EXPORT(intersect_stored_packet);
 HWY_EXPORT(occluded_light_packet);
-
-}  // namespace
 
 PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target, PacketUse use)
     : bvh_(&bvh),

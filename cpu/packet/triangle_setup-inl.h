@@ -44,7 +44,6 @@ struct PixelRange {
 
     HWY_INLINE Mask any() const { return first <= last; }
 
-    /// The blocks that hold the first and the last pixel, if there are any.
     HWY_INLINE UintVec first_block() const { return block(first); }
     HWY_INLINE UintVec last_block() const { return block(last); }
 
@@ -175,7 +174,6 @@ struct TriangleRectangles {
     /// Where all vertices are well in front of the origin, and the largest 1 / z there.
     Mask in_front;
     FloatVec largest_q;
-    /// Where the rectangle meets the packet.
     Mask meets;
 };
 
@@ -192,9 +190,7 @@ struct TriangleLaterals {
 /// 6 times the volume that triangle and origin span, with its sign.
 struct TrianglePlaneSet {
     FloatVec a[3], b[3], c[3];
-    FloatVec bound;
-    FloatVec normal[3];
-    FloatVec det;
+    FloatVec bound, normal[3], det;
     /// The sign bit of det, and where that is certain.
     FloatVec sign;
     Mask oriented;
@@ -218,7 +214,6 @@ struct alignas(64) SetUpTriangles {
 /// Triangles for a camera packet: 1/z is off by at most `error`.
 struct CameraTriangles : SetUpTriangles {
     float error[16];
-    /// The triangles whose orientation is unknown, as bits.
     std::uint32_t unoriented;
     GridWindows windows;
 };
@@ -263,7 +258,6 @@ struct Planes {
         const EdgeValues e = edges(x, y);
         return !((min3(e.u, e.v, e.w) < -bound) & (max3(e.u, e.v, e.w) > bound));
     }
-    /// 1/z at these rays.
     HWY_INLINE FloatVec depth(FloatVec x, FloatVec y) const {
         return mul_add(depth_a, x, mul_add(depth_b, y, depth_c));
     }
@@ -451,7 +445,6 @@ HWY_INLINE FloatVec difference_of_two_products(FloatVec a, FloatVec b, FloatVec 
 #endif
 }
 
-/// Sets the normals of the planes through triangles.
 HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const FloatVec z[3],
                              FloatVec normal[3]) {
     const FloatVec p[3] = {x[1] - x[0], y[1] - y[0], z[1] - z[0]};

@@ -48,7 +48,6 @@ HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, st
     });
 }
 
-/// Calls visit(prim_id, hit) for all triangles below a node that a ray hits, in any order.
 template <class Visit>
 HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                              std::uint32_t root, Visit visit) {
@@ -90,7 +89,6 @@ public:
         for (std::size_t i = 0; i < kStreamRays; i += kLanes) store(splat(0u), counts_ + i);
     }
 
-    /// Sets counts[order[i]].
     HWY_INLINE void count(std::uint64_t* counts) {
         if (order_.size() > kCountedTogether) {
             traverse_together(bvh_, stream_, order_.size(), *this);
@@ -209,7 +207,6 @@ HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const H
     return first.prim_id == kNoPrim ? no_hit() : first;
 }
 
-/// The first hit after the cursor.
 HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const HitCursor& after) {
     ray.tnear = std::max(ray.tnear, after.t);
     if (!(ray.tnear <= ray.tfar)) return no_hit();
@@ -225,11 +222,9 @@ HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const Hit
 // ---- 2. Boxes and triangles
 
 struct BoxLanes {
-    lanes::Float3 lower;
-    lanes::Float3 upper;
+    lanes::Float3 lower, upper;
 };
 
-/// Vector v of the boxes of a node.
 HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t v) {
     const std::size_t i = v * kLanes;
     return {{load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
@@ -238,13 +233,12 @@ HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t v) {
              load_unaligned(node.upper_z + i)}};
 }
 
-/// The boxes of triangles.
 HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
                              const lanes::Float3& c) {
     return {lanes::lesser3(a, lanes::lesser3(b, c)), lanes::greater3(a, lanes::greater3(b, c))};
 }
 
-/// The slots whose boxes meet(boxes) has, as bits.
+/// The slots whose boxes meet(boxes) selects, as bits.
 template <class Meet>
 HWY_INLINE std::uint32_t slots_of(const Node& node, Meet meet) {
     std::uint32_t slots = 0;
@@ -269,7 +263,7 @@ HWY_INLINE std::uint32_t slots_within(const Node& node, FloatVec most_d2, Distan
 
 #if HWY_TARGET == HWY_SCALAR
 
-/// Calls visit(lanes of slots, a, b, c) for the triangles with finite vertices, one a time.
+/// Calls visit(slot_of, mask, a, b, c) for the triangles with finite vertices, one at a time.
 template <class Visit>
 HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
@@ -377,9 +371,7 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
 /// At most kLanes points, and the corners of their box in all lanes. Lanes without a point have the
 /// last one.
 struct PointLanes {
-    lanes::Float3 p;
-    lanes::Float3 lower;
-    lanes::Float3 upper;
+    lanes::Float3 p, lower, upper;
 
     HWY_INLINE explicit PointLanes(std::span<const vec3> points) {
         HWY_ALIGN float values[3][kLanes];
@@ -418,8 +410,7 @@ public:
     }
 
     HWY_INLINE void store_windings(std::span<FloatWinding> windings) const {
-        HWY_ALIGN std::int32_t winding[kLanes];
-        HWY_ALIGN std::int32_t crossings[kLanes];
+        HWY_ALIGN std::int32_t winding[kLanes], crossings[kLanes];
         store(winding_, winding);
         store(crossings_, crossings);
         for (std::size_t i = 0; i < windings.size(); ++i)
@@ -569,7 +560,7 @@ private:
 /// closer exactly. Rivals are found on the way, since they are in the same leaves.
 class ClosestSearch {
 public:
-    /// Those farther than `closest` do not count.
+    /// Triangles farther than `closest` do not count.
     HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest) : p_(point), closest_(closest) {
         const FloatVec farthest = lanes::largest_component(p_);
         point_error_ = splat(kPointRounding) * (farthest + splat(1.0f));

@@ -17,7 +17,6 @@ namespace {
 
 using glm::dvec3;
 
-/// Calls visit(a, b, c, prim_id) for each triangle.
 template <class Visit>
 void for_each_mesh_triangle(const Topology& topology, std::span<const vec3> positions,
                             Visit visit) {
@@ -26,7 +25,6 @@ void for_each_mesh_triangle(const Topology& topology, std::span<const vec3> posi
         visit(positions[t.x], positions[t.y], positions[t.z], prim_id++);
 }
 
-/// Calls visit(hit) for each triangle that the ray hits, in any order.
 template <class Visit>
 void for_each_hit(const Topology& topology, std::span<const vec3> positions, const Ray& ray,
                   Crossing crossing, Visit visit) {
@@ -40,7 +38,6 @@ void for_each_hit(const Topology& topology, std::span<const vec3> positions, con
     });
 }
 
-/// What a hit adds to kTouchesBorder of its ray.
 std::uint64_t border_flag(const Hit& hit) {
     return may_touch_border({hit.t, hit.u, hit.v}) ? kTouchesBorder : 0;
 }

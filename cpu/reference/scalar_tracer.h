@@ -40,9 +40,7 @@ public:
 
 private:
     ShearedRay sheared_;
-    float tnear_;
-    float tfar_;
-    float t_;
+    float tnear_, tfar_, t_;
     Hit hit_ = no_hit();
 };
 
@@ -91,7 +89,6 @@ std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, Vis
     return steps;
 }
 
-/// Calls visit(a, b, c, prim_id) for each triangle of a leaf.
 template <class Visit>
 void for_each_triangle(const Leaf& leaf, Visit visit) {
     const auto position = [&leaf](std::uint32_t local, uint k) {

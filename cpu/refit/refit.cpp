@@ -75,7 +75,6 @@ HWY_INLINE Float4 largest_extents(Float4 lower, Float4 upper) {
     return max(pairs, hn::Shuffle1032(pairs));
 }
 
-/// plane_pad() of each lane.
 HWY_INLINE Float4 plane_pads(Float4 planes, Float4 extent) {
     return splat4(kPadOfExtent) * extent + splat4(kPadOfPlane) * hn::Abs(planes);
 }
@@ -89,8 +88,7 @@ HWY_INLINE bool set_finite_slot(Node* nodes, std::uint32_t parent, FloatVec lowe
     if (!(hn::GetLane(most) <= kSceneExtent)) [[unlikely]]
         return false;
     const Float4 extent = largest_extents(least, most);
-    alignas(16) float l[4];
-    alignas(16) float u[4];
+    alignas(16) float l[4], u[4];
     store(least - plane_pads(least, extent), l);
     store(most + plane_pads(most, extent), u);
     const Box box = {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
@@ -148,13 +146,11 @@ HWY_INLINE Float4 combine_planes(const float* x, const float* y, const float* z,
     return combine(hn::ConcatLowerLower(kFloats4, zz, xy), hn::ConcatUpperUpper(kFloats4, zz, xy));
 }
 
-/// refit_node in registers of four floats.
 HWY_INLINE void refit_node_in_lanes(const RefitArrays& tree, std::uint32_t index) {
     const std::uint32_t parent = tree.node_parents[index];
     if (parent == kNoParent) return;
     const Node& node = tree.nodes[index];
-    alignas(16) float lower[4];
-    alignas(16) float upper[4];
+    alignas(16) float lower[4], upper[4];
     store(combine_planes(node.lower_x, node.lower_y, node.lower_z,
                          [](Float4 a, Float4 b) HWY_ATTR { return min(a, b); }),
           lower);
@@ -203,7 +199,6 @@ HWY_EXPORT(refit_nodes);
 constexpr std::uint32_t kLeafGrain = 1024;
 constexpr std::uint32_t kNodeGrain = 512;
 
-/// Calls step(begin, end) for parts of [0, count).
 template <class Step>
 void for_each_part(std::uint32_t count, std::uint32_t grain, Step step) {
     if (count <= grain) return step(0, count);

@@ -100,8 +100,7 @@ void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre,
             make_rays(rays + i, centre, exponent, out.rays + i, out.t_exponents + 2 * i);
         constexpr std::uint32_t kAll = 0xAAAAAAAAu & kLaneBits;
         for (std::uint32_t bad = kAll & ~good; bad != 0; bad &= bad - 1) {
-            out.hard[out.hard_count++] =
-                static_cast<std::uint16_t>(i + first_bit(bad) / 2);
+            out.hard[out.hard_count++] = static_cast<std::uint16_t>(i + first_bit(bad) / 2);
         }
     }
 #else
@@ -148,7 +147,6 @@ int make_position_run(const float* world, std::size_t count, const float* centre
            (all(invertible) ? 0 : kNotInvertible) | (all(same) ? 0 : kChanged);
 }
 
-/// The fewest positions that make_position_run() makes.
 int least_positions() { return static_cast<int>(kLanes); }
 
 }  // namespace HWY_NAMESPACE
@@ -166,7 +164,6 @@ HWY_EXPORT(make_ray_run);
 HWY_EXPORT(make_position_run);
 HWY_EXPORT(least_positions);
 
-/// The centre of a space in floats.
 std::array<float, 3> centre_of(const SceneSpace& space) {
     return {static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
             static_cast<float>(space.centre(2))};

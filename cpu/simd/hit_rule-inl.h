@@ -23,7 +23,6 @@ struct HitRange {
     Crossing crossing = Crossing::kEach;
 };
 
-/// The vertices of a triangle.
 struct TriangleCorners {
     lanes::Float3 a, b, c;
 };
@@ -159,7 +158,6 @@ struct FastHits {
 private:
     HWY_INLINE FloatVec nearest() const { return min3(z[0], z[1], z[2]); }
     HWY_INLINE FloatVec farthest() const { return max3(z[0], z[1], z[2]); }
-    /// The largest |z|.
     HWY_INLINE FloatVec depth_size() const { return max(farthest(), -nearest()); }
     HWY_INLINE FloatVec sum() const { return sum3(size[0], size[1], size[2]); }
 };
@@ -180,7 +178,6 @@ struct TriangleLanes {
     }
 };
 
-/// One triangle of a leaf in all lanes.
 HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
     TriangleLanes out;
     for (std::uint32_t k = 0; k < 3; ++k) {

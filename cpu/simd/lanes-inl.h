@@ -32,9 +32,7 @@ using Uint = UintVec;
 using Bool = Mask;
 
 struct Float3 {
-    Float x;
-    Float y;
-    Float z;
+    Float x, y, z;
 
     Float3() = default;
     HWY_INLINE Float3(Float x_, Float y_, Float z_) : x(x_), y(y_), z(z_) {}

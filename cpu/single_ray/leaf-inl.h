@@ -64,14 +64,12 @@ constexpr std::uint32_t slot_of_lane(std::uint32_t lane) {
     return lane - i + kBlocks * (i % 4) + i / 4;
 }
 
-/// Its inverse.
 alignas(16) inline constexpr auto kLaneOfSlot = [] {
     std::array<std::uint8_t, kLeafVertices> lanes{};
     for (std::uint8_t lane = 0; lane < kLeafVertices; ++lane) lanes[slot_of_lane(lane)] = lane;
     return lanes;
 }();
 
-/// slot_of_lane for vector v.
 HWY_INLINE UintVec slots_of_vector(std::size_t v) {
     const UintVec lane = hn::Iota(kUints, 0u);
     const UintVec in_block = lane & splat(3u);
@@ -89,9 +87,7 @@ alignas(16) inline constexpr std::uint8_t kRotations[3][16] = {
 
 /// The vertices of a leaf with rotated axes, and the local vertex indices of its triangles.
 struct LeafLanes {
-    FloatVec x[kVectors];
-    FloatVec y[kVectors];
-    FloatVec z[kVectors];
+    FloatVec x[kVectors], y[kVectors], z[kVectors];
     UintVec local_vertices[kVectors];
 };
 
@@ -136,9 +132,7 @@ private:
 
 /// Looks up values for the three vertices of a vector of triangles.
 struct VertexLookups {
-    LaneLookup a;
-    LaneLookup b;
-    LaneLookup c;
+    LaneLookup a, b, c;
 
     HWY_INLINE explicit VertexLookups(UintVec local_vertices)
         : VertexLookups(places_of(local_vertices), 0) {}
@@ -157,7 +151,6 @@ private:
     }
 };
 
-/// has_equal_corners() of a vector of triangles.
 HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at) {
     const auto equal = [](FloatVec p, FloatVec q)
                            HWY_ATTR { return float_mask(as_uint(p) == as_uint(q)); };
@@ -238,8 +231,7 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
 
 /// n, by the sign of dir.z, and s of plain edge functions.
 struct DepthSum {
-    FloatVec n;
-    FloatVec s;
+    FloatVec n, s;
 };
 
 /// Fused or not: this decides no hit without a bound.
@@ -253,18 +245,14 @@ HWY_INLINE DepthSum depth_sum(const lanes::Edges& e, FloatVec za, FloatVec zb, F
 /// The range of z in which a hit is certain, by the sign of dir.z, and where hits beyond tfar
 /// begin.
 struct CertainRange {
-    FloatVec from;
-    FloatVec to;
-    FloatVec beyond;
+    FloatVec from, to, beyond;
 };
 
-/// Loads the ranges of the rays from `first` on.
 HWY_INLINE CertainRange certain_ranges(const RayStream& stream, std::size_t first) {
     return {load(stream.certain_from + first), load(stream.certain_to + first),
             load(stream.certain_beyond + first)};
 }
 
-/// Loads the range of one ray into all lanes.
 HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) {
     return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray]),
             splat(stream.certain_beyond[ray])};
@@ -340,7 +328,6 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     return false;
 }
 
-/// Whether the ray hits any triangle.
 template <int kAxis = kAnyAxis>
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
     return intersect_leaf(stream, ray, stream.tfar[ray], leaf,
@@ -349,11 +336,8 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
 
 #else
 
-/// The projected vertices of a leaf.
 struct LeafPoints {
-    VertexValues x;
-    VertexValues y;
-    VertexValues z;
+    VertexValues x, y, z;
 
     HWY_INLINE void set(std::size_t v, const lanes::Float3& p) {
         x.set(v, p.x);
@@ -365,20 +349,15 @@ struct LeafPoints {
     }
 };
 
-/// Projects the vertices on the fast path.
 HWY_INLINE void project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
                                   LeafPoints& points) {
     for (std::size_t v = 0; v < kVectors; ++v)
         points.set(v, lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]}));
 }
 
-/// A vector of triangles as the ray sees them.
 struct FilteredTriangles {
     lanes::Edges edges;
-    FloatVec size;
-    FloatVec za;
-    FloatVec zb;
-    FloatVec zc;
+    FloatVec size, za, zb, zc;
 };
 
 /// The edge functions of fast_edges(), and their bound for vertices at any depth.
@@ -405,7 +384,6 @@ HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, Fil
     t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
 }
 
-/// The lanes of vector v that hold triangles.
 HWY_INLINE Mask used_lanes(UintVec local_vertices, std::size_t v) {
     return float_mask(slots_of_vector(v) < shift_right<24>(local_vertices));
 }
@@ -420,9 +398,7 @@ HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at)
 template <class Visit>
 HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHit& hits,
                             Visit& visit) {
-    HWY_ALIGN float t[kLanes];
-    HWY_ALIGN float u[kLanes];
-    HWY_ALIGN float w[kLanes];
+    HWY_ALIGN float t[kLanes], u[kLanes], w[kLanes];
     store(hits.t, t);
     store(hits.u, u);
     store(hits.v, w);
@@ -517,7 +493,6 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
 }
 
-/// Whether the ray hits any triangle.
 template <int kAxis = kAnyAxis>
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
@@ -549,10 +524,7 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
 /// The vertices of a leaf as a vector of rays sees them, and a bound of the edge functions of all
 /// its triangles.
 struct ProjectedLeaf {
-    FloatVec x[kLeafVertices];
-    FloatVec y[kLeafVertices];
-    FloatVec z[kLeafVertices];
-    FloatVec bound;
+    FloatVec x[kLeafVertices], y[kLeafVertices], z[kLeafVertices], bound;
 
     HWY_INLINE lanes::Float3 operator[](std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 };
@@ -602,13 +574,9 @@ HWY_INLINE std::uint32_t used_vertices(const Leaf& leaf, std::uint32_t triangle_
 /// The closest hits of a stream so far: t is tfar and prim_id kNoPrim before the first one; `last`
 /// is last_depth of t. Lanes that hold no ray have -1 for both, so that they meet nothing.
 struct alignas(64) ClosestHits {
-    float t[kStreamRays];
-    float last[kStreamRays];
-    float u[kStreamRays];
-    float v[kStreamRays];
+    float t[kStreamRays], last[kStreamRays], u[kStreamRays], v[kStreamRays];
     std::uint32_t prim_id[kStreamRays];
 
-    /// For the first `count` rays.
     HWY_INLINE ClosestHits(const RayStream& stream, std::size_t count) {
         for (std::size_t i = 0; i < count; i += kLanes) {
             const auto used = hn::FirstN(kFloats, count - i);
@@ -669,13 +637,11 @@ HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, c
                           });
 }
 
-/// Triangle i of a leaf in all lanes.
 HWY_INLINE TriangleCorners corners_in_lanes(const Leaf& leaf, std::uint32_t i) {
     return {lanes::Float3(leaf_position(leaf, i, 0)), lanes::Float3(leaf_position(leaf, i, 1)),
             lanes::Float3(leaf_position(leaf, i, 2))};
 }
 
-/// A vector of rays from `first` on at a leaf.
 struct LeafRays {
     std::size_t first;
     lanes::ShearedRay sheared;

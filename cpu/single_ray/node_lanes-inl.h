@@ -49,17 +49,14 @@ HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_
 /// Where a ray enters a vector of boxes on each axis, and where it enters and leaves them; it meets
 /// a box if enter <= leave.
 struct BoxTimes {
-    FloatVec enter_axis[3];
-    FloatVec enter;
-    FloatVec leave;
+    FloatVec enter_axis[3], enter, leave;
 };
 
 /// The times for vector v of a node's boxes, up to last_entry() of `last`.
 HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float last,
                               const Node& node, std::size_t v) {
     const FloatVec end = splat(last_entry(stream.depth_margin[ray], last));
-    FloatVec enter[3];
-    FloatVec leave[3];
+    FloatVec enter[3], leave[3];
     for (int axis = 0; axis < 3; ++axis) {
         const std::size_t near_offset = stream.near_offset[axis][ray];
         const FloatVec near = load_planes(node, near_offset, v);
@@ -113,7 +110,6 @@ HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, fl
     return slots;
 }
 
-/// The slots that hold leaves, as bits; empty slots count as such.
 HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
@@ -149,20 +145,15 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
 
 /// For each axis the ends of org +- D and of rdir over the rays, and the offset of the near planes.
 struct RayBundle {
-    float org_near[3];
-    float org_far[3];
-    float rdir_least[3];
-    float rdir_most[3];
+    float org_near[3], org_far[3], rdir_least[3], rdir_most[3];
     std::uint32_t near_offset[3];
     // Whether it is the main axis of a ray.
     bool is_main[3];
     float depth_margin;
 };
 
-/// The least and the most that has been added.
 struct LaneRange {
-    FloatVec least;
-    FloatVec most;
+    FloatVec least, most;
 
     HWY_INLINE explicit LaneRange(FloatVec v) : least(v), most(v) {}
     HWY_INLINE void add(FloatVec v) {
@@ -180,7 +171,6 @@ HWY_INLINE float largest_of(const float* values, std::size_t count) {
     return hn::GetLane(hn::MaxOfLanes(kFloats, most));
 }
 
-/// Sets an axis of the bundle of the first `count` rays.
 HWY_INLINE void bundle_axis(const RayStream& stream, std::size_t count, std::uint32_t axis,
                             RayBundle& bundle) {
     const auto dilated = [&](std::size_t first, float sign) HWY_ATTR {
@@ -207,7 +197,6 @@ HWY_INLINE void bundle_axis(const RayStream& stream, std::size_t count, std::uin
     bundle.is_main[axis] = !none(is_main);
 }
 
-/// The bundle of the first `count` rays, at least one.
 HWY_INLINE RayBundle bundle_of(const RayStream& stream, std::size_t count) {
     RayBundle bundle;
     for (std::uint32_t axis = 0; axis < 3; ++axis) bundle_axis(stream, count, axis, bundle);
@@ -218,8 +207,7 @@ HWY_INLINE RayBundle bundle_of(const RayStream& stream, std::size_t count) {
 /// When the rays of a bundle enter a vector of boxes at the earliest and leave it at the latest, on
 /// one axis.
 struct BundleTimes {
-    FloatVec enter;
-    FloatVec leave;
+    FloatVec enter, leave;
 };
 
 HWY_INLINE BundleTimes bundle_times(const RayBundle& bundle, const Node& node, int axis,
@@ -271,10 +259,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
         const auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
         if (active == 0) continue;
-        FloatVec rdir[3];
-        FloatVec rdir_far[3];
-        FloatVec k_near[3];
-        FloatVec k_far[3];
+        FloatVec rdir[3], rdir_far[3], k_near[3], k_far[3];
         for (int axis = 0; axis < 3; ++axis) {
             rdir[axis] = load(stream.rdir[axis] + first);
             rdir_far[axis] = load(stream.rdir_far[axis] + first);

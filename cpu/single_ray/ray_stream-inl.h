@@ -38,23 +38,16 @@ struct alignas(64) RayStream {
     // between t = near * rdir - k_near and t = far * rdir_far - k_far. The sign of rdir tells which
     // of a node's planes are the near ones; near_offset is where they begin.
     float rdir[3][kStreamRays];
-    float rdir_far[3][kStreamRays];
-    float k_near[3][kStreamRays];
-    float k_far[3][kStreamRays];
+    float rdir_far[3][kStreamRays], k_near[3][kStreamRays], k_far[3][kStreamRays];
     std::uint32_t near_offset[3][kStreamRays];
-    float tnear[kStreamRays];
-    float tfar[kStreamRays];
-    float least_dilation[kStreamRays];
+    float tnear[kStreamRays], tfar[kStreamRays], least_dilation[kStreamRays];
     float depth_margin[kStreamRays];
     // last_depth() of tfar.
     float last_depth[kStreamRays];
-    float org[3][kStreamRays];
-    float dir[3][kStreamRays];
+    float org[3][kStreamRays], dir[3][kStreamRays];
     // With the bits of shear_ray.
     std::uint32_t axis[kStreamRays];
-    float sheared_org[3][kStreamRays];
-    float sheared_dir[3][kStreamRays];
-    float depth_slack[kStreamRays];
+    float sheared_org[3][kStreamRays], sheared_dir[3][kStreamRays], depth_slack[kStreamRays];
     // depthless_bound()
     float bound_linear[kStreamRays];
     float bound_constant[kStreamRays];
@@ -64,8 +57,7 @@ struct alignas(64) RayStream {
     // (cpu/single_ray/leaf-inl.h), none if certain_to is negative; and from which on
     // it is certainly beyond tfar.
     float certain_from[kStreamRays];
-    float certain_to[kStreamRays];
-    float certain_beyond[kStreamRays];
+    float certain_to[kStreamRays], certain_beyond[kStreamRays];
     // Selects the crossings that count as hits.
     Crossing crossing = Crossing::kEach;
 };
@@ -116,8 +108,7 @@ HWY_INLINE Value most_depth(Value org_size) {
 /// Checked: lab/proofs/near.g.
 template <class Value>
 struct DepthlessBound {
-    Value linear;
-    Value constant;
+    Value linear, constant;
 
     HWY_INLINE Value operator()(Value m) const {
         return mul_add(mul_add(splat(2 * kFastProjectionError * kDepthlessBound), m, linear), m,
@@ -125,7 +116,6 @@ struct DepthlessBound {
     }
 };
 
-/// Returns the bound for rays whose most_depth() is `depth`.
 template <class Value>
 HWY_INLINE DepthlessBound<Value> depthless_bound(Value depth) {
     const Value q = depth * kFastProjectionError + kFastProjectionFloor;
@@ -169,8 +159,7 @@ HWY_INLINE void prepare_range(RayStream& stream, std::size_t first, const lanes:
 
 /// Prepares the rays [first, first + kLanes), of which org, dir, tnear and tfar are set.
 HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
-    FloatVec org[3];
-    FloatVec dir[3];
+    FloatVec org[3], dir[3];
     for (int axis = 0; axis < 3; ++axis) {
         org[axis] = load(stream.org[axis] + first);
         dir[axis] = load(stream.dir[axis] + first);
@@ -197,11 +186,9 @@ HWY_INLINE void copy_ray(RayStream& stream, std::size_t i, const Ray& ray) {
 }
 
 /// Copies the first rays, by fours; returns how many.
-HWY_INLINE std::size_t copy_rays_by_four(RayStream& stream, const Ray* rays,
-                                         std::span<const std::uint16_t> order) {
-    static_cast<void>(stream);
-    static_cast<void>(rays);
-    static_cast<void>(order);
+HWY_INLINE std::size_t copy_rays_by_four([[maybe_unused]] RayStream& stream,
+                                         [[maybe_unused]] const Ray* rays,
+                                         [[maybe_unused]] std::span<const std::uint16_t> order) {
     std::size_t i = 0;
 #if HWY_TARGET != HWY_SCALAR
     static_assert(sizeof(Ray) == 32 && offsetof(Ray, tnear) == 12 && offsetof(Ray, dir) == 16);
@@ -225,7 +212,6 @@ HWY_INLINE std::size_t copy_rays_by_four(RayStream& stream, const Ray* rays,
     return i;
 }
 
-/// Copies a ray to all lanes of the vector from `first` on.
 HWY_INLINE void spread_ray(RayStream& stream, std::size_t first, const Ray& ray) {
     for (int axis = 0; axis < 3; ++axis) {
         store(splat(ray.org[axis]), stream.org[axis] + first);

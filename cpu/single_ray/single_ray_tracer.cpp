@@ -82,12 +82,9 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(intersect_rays);
 HWY_EXPORT(occluded_rays);
-
-}  // namespace
 
 SingleRayTracer::SingleRayTracer(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh),

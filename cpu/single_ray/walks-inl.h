@@ -4,13 +4,6 @@
 //   3. closest hits of rays that have left a stream, many of them in turn
 //   4. closest hits of a stream of up to 64 rays of one octant
 //   5. any hits of such a stream
-#if defined(MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H
-#undef MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H
-#else
-#define MORPHRAY_CPU_SINGLE_RAY_WALKS_INL_H
-#endif
-
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -282,7 +275,6 @@ HWY_INLINE void prepare_range_of_one(RayStream& stream, const Ray& ray) {
     stream.certain_beyond[0] = is_near ? end + kBeyondDepth * size : kHugeReciprocal;
 }
 
-/// The closest hit of a ray whose main axis is kAxis.
 template <int kAxis>
 HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                                       ClosestHits& closest) {
@@ -291,7 +283,6 @@ HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, s
     });
 }
 
-/// The closest hit of a ray.
 HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                               ClosestHits& closest) {
     const std::uint32_t axis = stream.axis[ray];
@@ -300,7 +291,6 @@ HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size
     intersect_ray_along<2>(bvh, stream, ray, closest);
 }
 
-/// The closest hit of a ray by itself.
 HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);
@@ -313,7 +303,6 @@ HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
     return closest.hit(0);
 }
 
-/// Whether a ray by itself whose main axis is kAxis hits anything.
 template <int kAxis>
 HWY_NOINLINE bool occluded_along(const Bvh& bvh, const RayStream& stream) {
     const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
@@ -322,7 +311,6 @@ HWY_NOINLINE bool occluded_along(const Bvh& bvh, const RayStream& stream) {
     });
 }
 
-/// Whether it hits anything.
 HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);
@@ -379,7 +367,6 @@ HWY_INLINE hn::Vec<FourTag> sort_descending(FourTag d, hn::Vec<FourTag> v) {
     return sort_partners<0, 2, 1, 3>(d, v);
 }
 
-/// Batcher's network for eight numbers.
 HWY_INLINE hn::Vec<EightTag> sort_descending(EightTag d, hn::Vec<EightTag> v) {
     v = sort_partners<1, 0, 3, 2, 5, 4, 7, 6>(d, v);
     v = sort_partners<2, 3, 0, 1, 6, 7, 4, 5>(d, v);
@@ -399,7 +386,7 @@ public:
 
     bool has_room_for(std::size_t count) const { return count_ + count <= kMost; }
 
-    /// There is room. The same ray may be added several times.
+    /// Requires has_room_for(1). The same ray may be added several times.
     HWY_INLINE void add(std::uint32_t ray, std::uint32_t child) {
         assert(count_ < kMost);
         paths_[count_].size = 1;
@@ -408,7 +395,7 @@ public:
         paths_[count_++].child[0] = child;
     }
 
-    /// Finds the closest hits of all that were added, and removes them.
+    /// Finds the closest hits of all rays that were added, and removes these.
     HWY_INLINE void intersect(const Bvh& bvh, const RayStream& stream, ClosestHits& closest) {
         std::uint8_t left[kMost];
         std::size_t count = std::exchange(count_, 0);
@@ -447,10 +434,8 @@ private:
 
     /// A ray and its stack, nearest on top. Whole vectors are written beyond the last entry.
     struct Path {
-        std::uint32_t key[kMaxStack + 8];
-        std::uint32_t child[kMaxStack + 8];
-        std::uint32_t ray;
-        std::uint32_t size;
+        std::uint32_t key[kMaxStack + 8], child[kMaxStack + 8];
+        std::uint32_t ray, size;
     };
 
     /// The paths at a node, or at a leaf.
@@ -537,7 +522,6 @@ public:
           stream_(make_stream(rays, order)),
           closest_(stream_, order.size()) {}
 
-    /// Sets hits[order[i]].
     HWY_INLINE void intersect(Hit* hits) {
         const std::size_t count = order_.size();
         if (count > together_) {
@@ -620,8 +604,7 @@ inline constexpr std::size_t kSharedByLeaf = kLanes < 8 ? 1 : kLanes == 8 ? 2 : 
 /// whole vectors beyond the last one.
 template <std::size_t kCapacity>
 struct WorkItems {
-    std::uint32_t child[kChunk + kCapacity + kWidth];
-    std::uint32_t ray[kChunk + kCapacity + kWidth];
+    std::uint32_t child[kChunk + kCapacity + kWidth], ray[kChunk + kCapacity + kWidth];
 };
 
 /// Appends the children in these slots for a ray; returns the new size.
@@ -663,7 +646,6 @@ public:
           stream_(make_stream(rays, order)),
           left_(~std::uint64_t{0} >> (kStreamRays - order.size())) {}
 
-    /// The rays that hit anything, as bits.
     HWY_INLINE std::uint64_t trace() {
         const std::uint64_t all = left_;
         if (is_worth_sharing(all, kSharedByNode)) {
@@ -715,8 +697,7 @@ private:
         std::size_t size = seed_count_;
         seed_count_ = 0;
         while (size > 0) {
-            std::uint32_t child[kChunk];
-            std::uint32_t ray[kChunk];
+            std::uint32_t child[kChunk], ray[kChunk];
             std::memcpy(child, inner_.child + size, sizeof child);
             std::memcpy(ray, inner_.ray + size, sizeof ray);
             const std::size_t count = std::min(size, kChunk);
@@ -748,7 +729,6 @@ private:
 
     const Bvh& bvh_;
     RayStream stream_;
-    /// The rays that have hit nothing yet, as bits.
     std::uint64_t left_;
     std::size_t seed_count_ = 0;
     WorkItems<kItems> inner_;
@@ -758,5 +738,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target
