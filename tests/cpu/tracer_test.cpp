@@ -70,14 +70,6 @@ TEST(BruteTracer, AgreesWithTheOracleWhereTheOracleIsSure) {
     }
 }
 
-TEST(Occluded, IsWhetherThereIsAHit) {
-    const TestScene scene = random_soup(400, 0.3, 41);
-    const cpu::BruteTracer brute(scene.topology(), scene.positions());
-    for (const Ray& ray : mixed_rays(scene, 3000, 43)) {
-        ASSERT_EQ(brute.occluded(ray), brute.intersect(ray).prim_id != kNoPrim);
-    }
-}
-
 TEST(Ties, GoToTheSmallerPrimId) {
     // The same triangle eight times, in both windings, among others farther away.
     std::vector<vec3> positions = {{-1, -1, 0},  {1, -1, 0},  {0, 1, 0},
