@@ -20,33 +20,21 @@ namespace {
 
 using namespace test;
 
-/// Rays whose closest hit is not the expected one, or whose any hit does not agree with it.
-std::size_t count_differences(const cpu::SingleRayTracer& tracer, const std::vector<Ray>& rays,
-                              const std::vector<Hit>& expected) {
+/// Rays whose closest hit is not the expected one, or whose any hit does not agree with it, in
+/// calls of `batch` rays.
+std::size_t count_differences(const cpu::SingleRayTracer& tracer, std::span<const Ray> rays,
+                              const std::vector<Hit>& expected, std::size_t batch) {
     std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(rays.size(), 7);
-    tracer.intersect(rays, hits);
-    tracer.occluded(rays, occluded);
+    for (std::size_t first = 0; first < rays.size(); first += batch) {
+        const std::size_t count = std::min(batch, rays.size() - first);
+        tracer.intersect(rays.subspan(first, count), std::span(hits).subspan(first, count));
+        tracer.occluded(rays.subspan(first, count), std::span(occluded).subspan(first, count));
+    }
     std::size_t different = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const bool is_hit = expected[i].prim_id != kNoPrim;
         different += !same_bits(hits[i], expected[i]) || occluded[i] != is_hit;
-    }
-    return different;
-}
-
-/// The same for a call of each ray.
-std::size_t count_differences_one_by_one(const cpu::SingleRayTracer& tracer,
-                                         const std::vector<Ray>& rays,
-                                         const std::vector<Hit>& expected) {
-    std::size_t different = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        Hit hit;
-        std::uint8_t occluded = 7;
-        tracer.intersect({&rays[i], 1}, {&hit, 1});
-        tracer.occluded({&rays[i], 1}, {&occluded, 1});
-        const bool is_hit = expected[i].prim_id != kNoPrim;
-        different += !same_bits(hit, expected[i]) || occluded != is_hit;
     }
     return different;
 }
@@ -61,10 +49,10 @@ TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
         for (const Ray& ray : rays) expected.push_back(scalar.intersect(ray));
         for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::SingleRayTracer tracer(bvh, target);
-            EXPECT_EQ(count_differences(tracer, rays, expected), 0u)
-                << named.name << ", " << target.name;
-            EXPECT_EQ(count_differences_one_by_one(tracer, rays, expected), 0u)
-                << named.name << ", " << target.name;
+            for (const std::size_t batch : {rays.size(), std::size_t{1}}) {
+                EXPECT_EQ(count_differences(tracer, rays, expected, batch), 0u)
+                    << named.name << ", " << target.name << ", " << batch;
+            }
         }
     }
 }
@@ -131,20 +119,11 @@ TEST(SingleRayTracer, AnswersRaysThatGoDownTogetherLikeBruteForce) {
         }
         for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::SingleRayTracer tracer(bvh, target);
-            EXPECT_EQ(count_differences(tracer, rays, expected), 0u)
-                << named.name << ", " << target.name;
-            // In calls of few rays, as packets of other libraries are.
-            for (const std::size_t size : {4, 7, 16}) {
-                std::vector<Hit> hits(rays.size());
-                for (std::size_t first = 0; first < rays.size(); first += size) {
-                    const std::size_t count = std::min(size, rays.size() - first);
-                    tracer.intersect(std::span(rays).subspan(first, count),
-                                     std::span(hits).subspan(first, count));
-                }
-                std::size_t different = 0;
-                for (std::size_t i = 0; i < rays.size(); ++i)
-                    different += !same_bits(hits[i], expected[i]);
-                EXPECT_EQ(different, 0u) << named.name << ", " << target.name << ", " << size;
+            // In calls of few rays, too, as packets of other libraries are.
+            for (const std::size_t batch :
+                 {rays.size(), std::size_t{4}, std::size_t{7}, std::size_t{16}}) {
+                EXPECT_EQ(count_differences(tracer, rays, expected, batch), 0u)
+                    << named.name << ", " << target.name << ", " << batch;
             }
         }
     }
