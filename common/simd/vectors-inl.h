@@ -2,7 +2,7 @@
 // boxes of a node or the 16 triangles of a leaf are kVectors of them. Compiled once for each
 // target.
 //
-// Highway's own operators serve + - * / < <= > >= == & | ^ on vectors; this file adds those of
+// Highway's own operators serve + - * / < <= > >= == & | ^ on vectors; this file adds operators of
 // masks, and short names for the rest. Functions that exist for few places keep their Highway names
 // (hn::).
 #if defined(MORPHRAY_COMMON_SIMD_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -35,7 +35,7 @@ using ByteTag = hn::Repartition<std::uint8_t, FloatTag>;
 using FloatVec = hn::Vec<FloatTag>;
 using UintVec = hn::Vec<UintTag>;
 using IntVec = hn::Vec<IntTag>;
-/// A bool for each lane of a FloatVec. UintMask and IntMask have those of the other vectors.
+/// A bool for each lane of a FloatVec. UintMask and IntMask belong to the other vectors.
 using Mask = hn::Mask<FloatTag>;
 using UintMask = hn::Mask<UintTag>;
 using IntMask = hn::Mask<IntTag>;
@@ -220,7 +220,7 @@ public:
             return hn::GatherIndex(kFloats, values, as_int(index_));
         }
     }
-    /// The same for values that are in kVectors registers, too: `vectors` are those of `values`.
+    /// The same for values that are in kVectors registers, too: `vectors` hold `values`.
     HWY_INLINE FloatVec operator()(const FloatVec* vectors, const float* values) const {
         if constexpr (kVectors == 1) {
             return hn::TableLookupLanes(vectors[0], hn::IndicesFromVec(kFloats, index_));

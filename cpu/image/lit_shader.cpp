@@ -393,7 +393,7 @@ struct SampleLanes {
     UintVec prim;
 };
 
-/// The surfaces of a row. Normals are those of triangles, on the side of the eye; depths are along
+/// The surfaces of a row. Normals belong to triangles, on the side of the eye; depths are along
 /// the viewing direction, -1 without a hit; `occluded` are numbers of rays. There are kPad samples
 /// without a hit before the first and after the last one.
 struct SurfaceRow {
@@ -566,7 +566,8 @@ private:
         return lanes::openness(occluded, max(count, splat(1.0f)) * static_cast<float>(s_.ao_count));
     }
 
-    /// The unit normals to shade with, on the side of the eye; `flat` are those of the triangles.
+    /// The unit normals to shade with, on the side of the eye; `flat`: the normals of the
+    /// triangles.
     lanes::Float3 shading_normals(const SampleLanes& samples, const TriangleRuns& runs,
                                   const TriangleRuns::RunLookup& at, const lanes::Float3& through,
                                   const lanes::Float3& flat) const {
@@ -668,7 +669,7 @@ private:
     AlignedVector<float> details_[kDetails];
 };
 
-/// The details of pixels from those of their samples.
+/// The details of pixels from their samples.
 class PixelDetails {
 public:
     PixelDetails(std::uint32_t side, std::size_t width) : side_(side), pixels_(width) {}

@@ -180,7 +180,7 @@ public:
     bool has_degenerate() const { return has_degenerate_; }
 
     /// The unit normals, on the triangles' own side, of as many candidates as there are lanes, at
-    /// least one, and their albedos. Those of lanes without a candidate are undefined.
+    /// least one, and their albedos. Lanes without a candidate are undefined.
     HWY_INLINE void look_up(const std::uint32_t* indices, lanes::Float3& normals,
                             UintVec& albedos) const {
         const UintVec candidates = load(indices);

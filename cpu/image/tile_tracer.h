@@ -60,7 +60,7 @@ public:
     /// Fills hits, unless the frame has them, occlusion and pixels of a tile. Returns the number of
     /// secondary rays: rays_per_hit() for each hit. Throws Error(kCancelled), leaving anything in
     /// the tile, soon after the watch asks for it: before secondary rays, and for each few thousand
-    /// of those of ambient occlusion.
+    /// rays of ambient occlusion.
     std::size_t trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
                            Frame& frame, const Watch& watch) const;
 

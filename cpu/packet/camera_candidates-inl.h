@@ -260,7 +260,7 @@ private:
 
     /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it.
     ///
-    /// 1. t and the direction are those of the rule's hit. Product and quotient round once each:
+    /// 1. t and the direction belong to the rule's hit. Product and quotient round once each:
     ///    kHitDepthRounding.
     /// 2. z is a sum of three products with rows that are rounded to float: five roundings of terms
     ///    whose magnitudes add up to at most row_size[2] times the direction's largest component.
@@ -281,7 +281,7 @@ private:
         alignas(64) float t[kLanes], best_t[kLanes], q[kLanes];
         float q_error;  // hit_depth_error()
         alignas(64) std::uint32_t ids[kLanes], best_ids[kLanes];
-        /// The pairs that hit, and those of them whose ray has another candidate.
+        /// The pairs that hit, and the ones whose ray has another candidate.
         std::uint32_t hits, rivals;
     };
 

@@ -398,7 +398,7 @@ private:
         return any_closer;
     }
 
-    /// Traces triangles `many` that meet more blocks, against those of `blocks`. Eight rows at a
+    /// Traces triangles `many` that meet more blocks, against `blocks`. Eight rows at a
     /// time are two words, which one loop processes: the end of a loop, which is mispredicted,
     /// costs as much as an item.
     HWY_INLINE bool trace_more(const Leaf& leaf, const CameraTriangles& triangles,

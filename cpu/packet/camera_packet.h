@@ -110,8 +110,8 @@ struct CameraRays {
     float first_x, first_y;
 };
 
-/// Directions of the rays of a tile, by axis and by camera_packet_ray(), canonical. Those of absent
-/// rays are finite.
+/// Directions of the rays of a tile, by axis and by camera_packet_ray(), canonical. Absent
+/// rays have finite ones.
 struct alignas(64) StoredDirections {
     float d[3][kCameraRays];
 };

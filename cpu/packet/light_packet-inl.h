@@ -118,7 +118,7 @@ struct LightPlane {
 inline constexpr double kSampleMargin = 1.25;
 
 /// Sets a plane across the axis that the samples follow most, with its origin in their mean. There
-/// x and y are those of a plane across the mean, which boxes and triangles do not look slanted in.
+/// x and y belong to a plane across the mean, which boxes and triangles do not look slanted in.
 /// Returns false if the samples have no mean.
 HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
     glm::dvec3 mean(0);
@@ -161,7 +161,7 @@ HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
 
 // ---- 3. Wide blocks
 
-/// Blocks of a light packet, those of each group as bits.
+/// Blocks of a light packet, by group, as bits.
 struct LightPacketBlocks {
     std::uint32_t of_group[kLightPacketGroups];
 };
@@ -315,7 +315,7 @@ HWY_INLINE void deactivate_blocks(LightPacket& packet, const LightPacketBlocks& 
 /// Rays are prefetched this many blocks ahead of the current one (lab/notes/cpu_tracer.md).
 inline constexpr std::uint32_t kBlocksAhead = 24;
 
-/// Prefetches a block of rays. Behind the last block there are those of the next packet, or memory
+/// Prefetches a block of rays. Behind the last block lie the blocks of the next packet, or memory
 /// that is never read.
 HWY_INLINE void prefetch_block(const SharedOriginRays* rays, std::uint32_t block) {
     const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(SharedOriginRays);
@@ -341,7 +341,7 @@ struct alignas(64) GroupBounds {
     PlaneRectangles<kGroupBlocks * kLanes> rectangles;
     float q[kGroupBlocks * kLanes];
 
-    /// Reduces them and stores them as those of a group.
+    /// Reduces them and stores them as the bounds of a group.
     HWY_INLINE void store(std::uint32_t group, LightPacket& packet) const {
         const auto lesser = [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); };
         const auto greater = [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); };
@@ -423,7 +423,7 @@ HWY_NOINLINE inline void regroup_blocks(const LightPlane& plane, const LightPack
     make_regrouped_blocks(plane, order.of_keys(0, Cells::kCount), packet, least_z);
 }
 
-/// The rays of blocks that spread more than kWide times as far as those of the median block are
+/// The rays of blocks that spread more than kWide times as far as the rays of the median block are
 /// regrouped, if these are at least kFewBlocks. Blocks that still spread more than kTooWide times
 /// as far are deactivated; their rays become fallback rays.
 inline constexpr float kWide = 1.6f;

@@ -61,7 +61,7 @@ inline std::uint32_t light_packet_squares(std::uint32_t width, std::uint32_t hei
     return (height > kSquareSide ? 2 : 0) + (width > kSquareSide ? 2 : 1);
 }
 
-/// The rays of a block, which start at one point: dir[axis][i] and tfar[i] are those of ray i, as
+/// The rays of a block, which start at one point: dir[axis][i] and tfar[i] belong to ray i, as
 /// in Ray; tnear is 0. Ray i is absent where tfar[i] < 0.
 struct alignas(64) SharedOriginRays {
     float dir[3][kBlockRays], tfar[kBlockRays];
@@ -111,9 +111,9 @@ struct alignas(kPage) LightPacket {
     PacketFrame frame;
     /// The caller's rays, a block each.
     const SharedOriginRays* rays;
-    /// By ray, those of the regrouped blocks behind the others. x and y are the ray's place in the
-    /// plane. A hit with 1/z less than q_lower does not concern the ray; kDone: it is occluded or
-    /// absent.
+    /// By ray, the rays of the regrouped blocks behind the others. x and y are the ray's place in
+    /// the plane. A hit with 1/z less than q_lower does not concern the ray; kDone: it is occluded
+    /// or absent.
     alignas(64) float x[kAllLightPacketRays];
     float y[kAllLightPacketRays], q_lower[kAllLightPacketRays];
     /// The least q_lower of each block.

@@ -35,7 +35,7 @@ HWY_INLINE std::uint32_t blocks_in(const LightPacket& packet, const RectangleLan
     return blocks;
 }
 
-/// Quads of a packet as bits: the first word has those in place, the second those of regrouped
+/// Quads of a packet as bits: the first word has quads in place, the second quads of regrouped
 /// blocks.
 struct QuadSet {
     std::uint64_t words[2];
@@ -621,8 +621,8 @@ private:
         }
     }
 
-    /// Lists in blocks_, behind `count` others, those of grouped_ that triangle i meets. Returns
-    /// how many there are then.
+    /// Lists in blocks_, behind `count` others, the blocks of grouped_ that triangle i meets.
+    /// Returns how many there are then.
     template <bool kOriented>
     HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::size_t count) {
         const RectangleLanes rectangle(triangles_.rectangles[i]);

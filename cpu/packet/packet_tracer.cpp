@@ -84,7 +84,7 @@ bool intersect_camera_packet(const Bvh& bvh, PacketUse use, const ImageParams& p
 bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile& rays,
                              StoredDirections& directions, CameraPacket& packet, Hit* hits) {
 #if HWY_TARGET == HWY_SCALAR
-    // A vector has no room for the two halves of a ray.
+    // A vector of one lane cannot hold the two halves of a ray.
     (void)bvh, (void)use, (void)rays, (void)directions, (void)packet, (void)hits;
     return false;
 #else

@@ -252,7 +252,7 @@ struct Planes {
         const EdgeValues e = edges(x, y);
         return min3(e.u, e.v, e.w);
     }
-    /// The rays that may hit an unoriented triangle: those of which no two edge functions beyond
+    /// The rays that may hit an unoriented triangle: rays of which no two edge functions beyond
     /// the bound have opposite signs.
     HWY_INLINE Mask may_be_inside(FloatVec x, FloatVec y) const {
         const EdgeValues e = edges(x, y);
@@ -456,10 +456,9 @@ HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const Flo
     }
 }
 
-/// Sets up triangles in these steps, those of docs/design/arithmetic.md, "Packets", which derives
-/// each bound; lab/proofs/packet_*.g check them. The constants are those of
-/// common/interop/packet_bounds.h, in units of u = 2^-24. kOnGrid: for a camera packet, whose rays
-/// are near the middles of pixels.
+/// Sets up triangles in the steps of docs/design/arithmetic.md, "Packets", which derives each
+/// bound; lab/proofs/packet_*.g check them. The constants are in common/interop/packet_bounds.h, in
+/// units of u = 2^-24. kOnGrid: for a camera packet, whose rays are near the middles of pixels.
 ///
 /// 1. find_vertices: x, y, z of the vertices (packet_vertices.g).
 /// 2. find_rectangles: the rectangle that a triangle is seen in (packet_rectangles.g).
@@ -474,8 +473,8 @@ public:
     using Frame = std::conditional_t<kOnGrid, CameraFrame, PacketFrame>;
     using Triangles = std::conditional_t<kOnGrid, CameraTriangles, LightTriangles>;
 
-    /// pixels: those of a camera packet that count. Triangles that cover the middle of none are
-    /// left out.
+    /// pixels: the pixels of a camera packet that count. Triangles that cover the middle of none
+    /// are left out.
     explicit TriangleSetup(const Frame& frame,
                            const PixelRectangle& pixels = {0, kCameraSide - 1, 0, kCameraSide - 1})
         : frame_(frame),

@@ -390,7 +390,7 @@ struct PointLanes {
 /// Windings around points above each other, one a lane: they share nodes and leaves.
 class WindingBundle {
 public:
-    /// `points` are those of clipped_point().
+    /// `points` come from clipped_point().
     HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
         : points_(points), used_(mask_of((1u << points.size()) - 1)) {}
 
@@ -594,8 +594,8 @@ public:
     }
 
 private:
-    /// An upper bound of the exact distances of triangles, by those of the rule and their largest
-    /// coordinates relative to the point.
+    /// An upper bound of the exact distances of triangles, by the distances of the rule and the
+    /// largest coordinates relative to the point.
     HWY_INLINE FloatVec most_of(FloatVec d, FloatVec size) const {
         return d + splat(kRuleDefect) * size + point_error_;
     }

@@ -50,7 +50,7 @@ inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec
            intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
 }
 
-/// Calls visit_leaf(leaf) for the leaves whose boxes, and those of the nodes above, a ray meets
+/// Calls visit_leaf(leaf) for the leaves whose boxes, and the boxes of the nodes above, a ray meets
 /// with a least depth of `last` or less, the nearest first. It returns the next `last`, less than 0
 /// to stop. Returns how many nodes and leaves were taken.
 template <class VisitLeaf>

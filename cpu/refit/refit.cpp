@@ -199,25 +199,25 @@ HWY_EXPORT(refit_nodes);
 constexpr std::uint32_t kLeafGrain = 1024;
 constexpr std::uint32_t kNodeGrain = 512;
 
-template <class Step>
-void for_each_part(std::uint32_t count, std::uint32_t grain, Step step) {
-    if (count <= grain) return step(0, count);
+template <class Visit>
+void for_each_range(std::uint32_t count, std::uint32_t grain, Visit visit) {
+    if (count <= grain) return visit(0, count);
     using Range = tbb::blocked_range<std::uint32_t>;
     tbb::parallel_for(Range(0, count, grain),
-                      [&](const Range& range) { step(range.begin(), range.end()); });
+                      [&](const Range& range) { visit(range.begin(), range.end()); });
 }
 
 void refit_all(const RefitArrays& tree, const IndexSequence& leaves,
                std::span<const vec3> positions, const SimdTarget& target) {
     const auto refit_leaves = SIMD_FUNCTION(refit_leaves, target);
-    for_each_part(leaves.count, kLeafGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
+    for_each_range(leaves.count, kLeafGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
         refit_leaves(tree, leaves, begin, end, positions);
     });
 }
 
 void refit_level(const RefitArrays& tree, const IndexSequence& nodes, const SimdTarget& target) {
     const auto refit_nodes = SIMD_FUNCTION(refit_nodes, target);
-    for_each_part(nodes.count, kNodeGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
+    for_each_range(nodes.count, kNodeGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
         refit_nodes(tree, nodes, begin, end);
     });
 }

@@ -11,7 +11,7 @@
 
 namespace mray::cpu {
 
-/// Rays in scene space that come from those of a caller.
+/// Rays of a caller in scene space.
 struct SceneRays {
     static constexpr std::size_t kMost = 1024;
 

@@ -146,7 +146,7 @@ struct FastHits {
         return mean;
     }
 
-    /// Returns those of the rays for which project() returned true whose z, which weigh() returned
+    /// Returns the rays for which project() returned true and whose z, which weigh() returned
     /// as `mean`, is positive beyond its error. Their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
         // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the

@@ -184,7 +184,7 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
 // 2. n / s is within (2 bound range) / s, at most 4 bound Z / s, of zbar, as the deviations from a
 //    mean add up to at most 2 range (docs/design/arithmetic.md, "Depth").
 // 3. The exact path's z is within 6.32 e (range + Z), at most 19 e Z, of zbar. The fast path's is
-//    off by 2 B range / S more, with B and S those of the rule's own functions.
+//    off by 2 B range / S more, with B and S of the rule's own functions.
 // 4. The test demands from s <= n and kCertainBound bound Z <= n - from s (and the same up to
 //    `to`). |n| <= s Z, so bound / s <= 1 / kCertainBound but for rounding.
 // 5. The rule's own functions are the |e|, or, where these are of slopes, the same in other
@@ -259,7 +259,7 @@ HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) 
 }
 
 /// The lanes in which the rule certainly finds a hit, if the vertices are finite. Of e it takes u,
-/// v, w, bound and depth_size, which may be those of a whole leaf.
+/// v, w, bound and depth_size, which may hold for a whole leaf.
 HWY_INLINE Mask certain_occluders(const lanes::Edges& e, const DepthSum& depth,
                                   const CertainRange& range) {
     const Mask inside = (min3(e.u, e.v, e.w) > e.bound) | (max3(e.u, e.v, e.w) < -e.bound);

@@ -272,7 +272,7 @@ HWY_INLINE lanes::ShearedRay sheared_ray(const RayStream& stream, std::size_t ra
 // Rays that are ordered together.
 inline constexpr std::size_t kBatchRays = 2048;
 
-/// The indices of at most kBatchRays rays: those of octant k are order[begin[k] .. begin[k + 1]).
+/// The indices of at most kBatchRays rays: octant k has order[begin[k] .. begin[k + 1]).
 struct OctantOrder {
     static constexpr std::size_t kOctants = 8;
     std::uint16_t order[kBatchRays];

@@ -25,7 +25,7 @@ namespace HWY_NAMESPACE {
 
 // ---- 1. The tree
 
-/// Inserts an entry into those of [base, size), which are sorted by t_least, the nearest last.
+/// Inserts an entry into [base, size), which is sorted by t_least, the nearest last.
 template <class Entry>
 HWY_INLINE void insert_sorted(Entry* stack, std::size_t base, std::size_t size,
                               const Entry& entry) {
@@ -57,9 +57,9 @@ HWY_INLINE void visit_guessed_slot(std::uint32_t slots, Visit visit) {
     visit_guessed_slot(slots, visit, std::make_integer_sequence<std::uint32_t, kWidth>());
 }
 
-/// Calls visit(leaf) for the leaves below node `root` whose box, and those of the nodes above, are
-/// among met(node), which returns slots as bits, until it returns false. Returns whether it never
-/// did. The leaves of a node come before its other children, in no other order.
+/// Calls visit(leaf) for the leaves below node `root` whose box, and the boxes of the nodes above,
+/// are among met(node), which returns slots as bits, until it returns false. Returns whether it
+/// never did. The leaves of a node come before its other children, in no other order.
 template <class Met, class Visit>
 HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_t root = 0) {
     std::uint32_t stack[kMaxStack];
