@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -12,21 +13,12 @@
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "common/image/depth.h"
-#include "common/image/frame.h"
-#include "common/scene/view_axes.h"
+#include "common/scene/camera_setup.h"
 #include "common/text/text_parts.h"
+#include "library/src/engine.h"
 
 namespace mray::app {
 namespace {
-
-morphray::CpuOptions cpu_options(const BackendOptions& options) {
-    return {.threads = options.threads, .simd = options.simd};
-}
-
-morphray::Device open_vulkan(const BackendOptions& options) {
-    check_vulkan();
-    return morphray::Device::vulkan({.device = options.device, .validate = options.validate});
-}
 
 std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
     static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
@@ -46,41 +38,33 @@ morphray::TextureView texture_of(const Image& image, const TextureFile& file) {
             .alpha_cutoff = file.alpha_cutoff};
 }
 
-morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
-    morphray::View view = {.eye = spec.eye,
-                           .target = spec.target,
-                           .up = spec.up,
-                           .fov = spec.fov,
-                           .light = spec.light,
-                           .width = spec.width,
-                           .height = spec.height,
-                           .shading = shading.shading,
-                           .samples = shading.samples,
-                           .flat = shading.flat,
-                           .lit_pixels = !shading.exr.empty(),
-                           .ao_count = spec.ao_count,
-                           .ao_distance = spec.ao_distance};
-    if (spec.rays == kRaysShadow) view.rays = morphray::Rays::shadow;
-    if (spec.rays == kRaysAo) view.rays = morphray::Rays::ao;
-    return view;
-}
-
-/// Warns if it is not the device that the options would prefer.
-morphray::Device open_device(const BackendOptions& options, const Messages& messages) {
-    return make_chosen(options.choice, options, messages, [&](BackendChoice chosen) {
-        return call_library([&] {
-            if (chosen == BackendChoice::kVulkan) return open_vulkan(options);
-            if (chosen == BackendChoice::kBrute)
-                return morphray::Device::brute_force(cpu_options(options));
-            return morphray::Device::cpu(cpu_options(options));
-        });
-    });
-}
-
 morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
     return {.positions = morphray::packed(world),
             .triangles = indices_of(topology.triangles),
             .appearance = {.albedo = topology.albedo}};
+}
+
+/// Says that vertices are left out since they are too far (PoseExtent::limit()).
+Warning warning_of_far(const Animation& animation, std::uint64_t vertices) {
+    return {
+        escape(animation.name()),
+        fmt::format("{} of {} vertices are left out with their triangles: more than 2^{} times as "
+                    "far from the origin as most",
+                    vertices, animation.topology().vertex_count, kFarExponent)};
+}
+
+/// The vertices of the first frame that are not left out, in world space.
+std::vector<vec3> first_vertices(const Animation& animation) {
+    const Topology& topology = animation.topology();
+    std::vector<vec3> all(topology.vertex_count);
+    animation.positions(animation.first_frame(), all);
+    std::vector<vec3> kept;
+    const std::vector<IndexRange> used = used_vertices(topology);
+    const SceneSpace space = space_of_pose(animation.bounds(), PoseExtent(all, used));
+    for (const IndexRange& range : used)
+        std::copy_if(&all[range.begin], all.data() + range.end, std::back_inserter(kept),
+                     [&](const vec3& p) { return space.keeps(p); });
+    return kept;
 }
 
 std::optional<morphray::Box> box_of(const Animation& animation) {
@@ -91,23 +75,39 @@ std::optional<morphray::Box> box_of(const Animation& animation) {
 
 }  // namespace
 
-void require_view(const ViewSpec& view, const Animation& animation) {
-    ViewSpec spec = world_view(view, animation);
+morphray::View world_view(morphray::View view, const Animation& animation) {
+    ViewSpec spec = morphray::engine::to_spec(view, to_point(animation.origin().at));
+    const bool is_free = !view.eye && !view.target;
+    if (is_free && !animation.is_builtin()) {
+        spec = frame_object(spec, first_vertices(animation));
+    } else if (const std::optional<InsideView> inside = animation.inside_view()) {
+        if (is_free) {
+            spec.eye = inside->eye;
+            spec.target = inside->target;
+        }
+        if (!spec.light) spec.light = inside->light;
+    }
+    const ResolvedView resolved = resolve_view(spec, animation.bounds());
+    view.eye = resolved.eye;
+    view.target = resolved.target;
+    view.light = resolved.light;
+    return view;
+}
+
+void require_view(const morphray::View& world, const Animation& animation) {
+    ViewSpec spec = morphray::engine::to_spec(world, {});
     spec.ao_count = std::max(spec.ao_count, 1u);
     make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
 }
 
-std::string scale_text(morphray::Shading shading, const ViewSpec& world,
-                       const Animation& animation) {
+std::string scale_text(const morphray::View& world, const Animation& animation) {
     using morphray::Shading;
-    if (shading == Shading::steps)
+    if (world.shading == Shading::steps)
         return "nodes and leaves that a ray enters: 1 (blue) to 64 and more (red)";
-    if (shading == Shading::sah)
+    if (world.shading == Shading::sah)
         return "area of leaves over that of their triangles: 1 (blue) to 16 and more (red)";
-    if (shading != Shading::depth) return {};
-    const WorldBounds bounds = animation.bounds();
-    const ResolvedView seen = resolve_view(world, bounds);
-    const DepthRange depths = depth_range(seen.eye, seen.target, bounds);
+    if (world.shading != Shading::depth) return {};
+    const DepthRange depths = depth_range(*world.eye, *world.target, animation.bounds());
     return fmt::format("depths: {:.4g} (white) to {:.4g} (dark grey)", depths.near,
                        depths.near + depths.range);
 }
@@ -136,38 +136,34 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     return corners;
 }
 
-bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation) {
-    if (shading.ground) return *shading.ground;
-    if (animation.is_builtin() || shading.shading != morphray::Shading::lit) return false;
-    const std::vector<vec3> ground = ground_below(animation.bounds(), view.up);
+bool has_ground(const std::optional<bool>& option, const morphray::View& world,
+                const Animation& animation) {
+    if (option) return *option;
+    if (animation.is_builtin() || world.shading != morphray::Shading::lit) return false;
+    const std::vector<vec3> ground = ground_below(animation.bounds(), world.up);
     if (ground.empty()) return false;
-    const glm::dvec3 eye = to_dvec3(resolve_view(view, animation.bounds()).eye);
-    return glm::dot(eye - glm::dvec3(ground.front()), to_dvec3(view.up)) > 0;
+    return glm::dot(to_dvec3(*world.eye) - glm::dvec3(ground.front()), to_dvec3(world.up)) > 0;
 }
 
-AnimationScene::AnimationScene(const ImageOptions& options, const Animation& animation,
-                               double first_frame, const Messages& messages,
-                               const std::atomic<bool>& cancel)
+AnimationScene::AnimationScene(const morphray::Device& device, const ImageOptions& options,
+                               const Animation& animation, double first_frame,
+                               const Messages& messages, const std::atomic<bool>& cancel)
     : animation_(animation),
       messages_(messages),
       used_(used_vertices(animation.topology())),
       positions_(animation.topology().vertex_count),
       up_(options.view.up),
       current_(options.tree.build_at.value_or(first_frame)) {
-    const morphray::Device device = open_device(options.backend, messages);
-    refitter_ = device.name() == "vulkan" ? "vulkan" : "cpu";
-    if (has_ground(options.shading, views_.of(options.view, animation), animation))
-        ground_ = ground_below(animation.bounds(), up_);
+    if (options.ground.value_or(false)) ground_ = ground_below(animation.bounds(), up_);
     call_library([&] {
         const morphray::SceneOptions scene_options = {
             .bounds = box_of(animation),
             .update = morphray::parse_update_policy(text_of(options.tree.update)),
             .record_cost_ratio = options.tree.record_cost_ratio,
             .cancel = &cancel};
-        messages.note("tracing on " + device.name() + ": " + device.description());
         deform_ms_ = place(current_);
         std::vector<Image> images;
-        if (animation.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
+        if (animation.textures() != nullptr && options.view.shading == morphray::Shading::lit)
             images = read_textures(*animation.textures(), options.source.lenient, messages);
         std::vector<morphray::TextureView> textures;
         for (std::size_t i = 0; i < images.size(); ++i)
@@ -236,21 +232,14 @@ void AnimationScene::advance(double frame) {
     warn_of_far();
 }
 
-void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
-                            morphray::Image& image, std::atomic<double>* progress) {
-    morphray::View whole = view_of(views_.of(view, animation_), shading);
-    whole.cancel = &interrupt_flag();
-    whole.progress = progress;
-    render(whole, image);
-    image.image_hash = image_hash(image.pixels);
-}
-
-void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
-                                   const std::atomic<bool>& cancel, morphray::Image& image) {
-    morphray::View pixels = view_of(view, shading);
-    pixels.hits = false;
-    pixels.cancel = &cancel;
-    render(pixels, image);
+double AnimationScene::deform(double frame) {
+    const Stopwatch watch;
+    place(frame);
+    morphray::engine::read_positions(*scene_);
+    const double ms = watch.ms();
+    update_ = call_library([&] { return scene_->last_update(); });
+    warn_of_far();
+    return ms;
 }
 
 void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
@@ -276,7 +265,8 @@ FrameTimes AnimationScene::times() const {
 std::string AnimationScene::refitted_on() const {
     const bool was_built =
         update_.step == morphray::Step::build || update_.step == morphray::Step::rebuild;
-    return was_built ? std::string() : refitter_;
+    if (was_built) return {};
+    return scene_->device().name() == "vulkan" ? "vulkan" : "cpu";
 }
 
 PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions& backend,
@@ -284,12 +274,11 @@ PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions&
     PosedAnimation posed{open_animation(source, messages), nullptr};
     const Animation& animation = *posed.animation;
     const double number = select_frame(frame, std::nullopt, animation);
-    const ImageOptions options{.shading = {.shading = morphray::Shading::plain},
-                               .backend = backend,
-                               .tree = {.update = {PolicyKind::kRefit}}};
+    const ImageOptions options{.view = {}, .tree = {.update = {PolicyKind::kRefit}}};
     {
         const Progress progress("building the tree", 0, messages);
-        posed.scene = std::make_unique<AnimationScene>(options, animation, number, messages);
+        posed.scene = std::make_unique<AnimationScene>(open_device(backend, messages), options,
+                                                       animation, number, messages);
     }
     const Topology& topology = animation.topology();
     const std::uint64_t bad = count_not_finite(topology, posed.scene->positions());

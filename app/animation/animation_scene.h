@@ -14,31 +14,33 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
+#include "common/scene/camera_setup.h"
 #include "morphray/images.hpp"
 #include "morphray/scene.hpp"
-#include "scenes/scene_frames.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
 /// Keeps the library's scene at one frame of an animation. Members throw Error.
 class AnimationScene {
 public:
-    /// Builds the tree at options.tree.build_at, or else at first_frame. The animation must outlive
-    /// it, and so must `cancel`, which ends the building of trees by Error(kCancelled).
-    AnimationScene(const ImageOptions& options, const Animation& animation, double first_frame,
-                   const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
+    /// Builds the tree at options.tree.build_at, or else at first_frame. A lit scene has textures,
+    /// and a ground if the options say so. The animation must outlive it, and so must `cancel`,
+    /// which ends the building of trees by Error(kCancelled).
+    AnimationScene(const morphray::Device& device, const ImageOptions& options,
+                   const Animation& animation, double first_frame, const Messages& messages,
+                   const std::atomic<bool>& cancel = interrupt_flag());
     AnimationScene(const AnimationScene&) = delete;
 
     /// Begins to read the positions of the next advance() in a thread, undefined until then.
     void prepare(double frame);
     /// Deforms the mesh and updates the tree, unless the first call is for the frame built.
     void advance(double frame);
-    /// Throws Error(kCancelled) within the image after a signal (app/terminal/failure.h).
-    void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image,
-                std::atomic<double>* progress = nullptr);
-    /// The same pixels without hits, of a world_view(). `cancel` ends it by Error(kCancelled).
-    void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
-                       const std::atomic<bool>& cancel, morphray::Image& image);
+    /// Deforms the mesh, but leaves the tree as it is: only engine.h knows these positions. Returns
+    /// the milliseconds.
+    double deform(double frame);
+    /// Traces a view in world space.
+    void render(const morphray::View& view, morphray::Image& image);
 
     const morphray::Scene& scene() const { return *scene_; }
     /// The last build or advance(); after render() with the refit that a device ran with the trace.
@@ -52,7 +54,6 @@ public:
 
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
-    void render(const morphray::View& view, morphray::Image& image);
     /// Once, if vertices are left out since they are too far.
     void warn_of_far();
     /// Makes the positions of a frame, and the ground below them. Returns the milliseconds.
@@ -66,9 +67,7 @@ private:
     /// The corners of the ground; empty without one.
     std::vector<vec3> ground_;
     Point up_;
-    WorldViews views_;
     std::optional<morphray::Scene> scene_;
-    std::string refitter_;
     double current_ = 0;
     bool is_fresh_ = true;
     double deform_ms_ = 0;
@@ -80,18 +79,24 @@ private:
     std::future<double> reading_;
 };
 
-void require_view(const ViewSpec& view, const Animation& animation);
+/// A view in the coordinates of the file as one in world space, with an eye, a target and a light.
+/// Unless an eye or a target is given, files are seen as objects (frame_object()) and closed scenes
+/// from their inside_view(). Throws Error(kBadInput).
+morphray::View world_view(morphray::View view, const Animation& animation);
+
+/// Throws Error for a world_view() that is impossible.
+void require_view(const morphray::View& world, const Animation& animation);
 
 /// The values of the colours of depths, steps or looseness, without a line's end; empty for other
-/// shadings. `world` is a world_view().
-std::string scale_text(morphray::Shading shading, const ViewSpec& world,
-                       const Animation& animation);
+/// shadings.
+std::string scale_text(const morphray::View& world, const Animation& animation);
 
 /// The corners of a square below these bounds, four times as large; empty for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
-/// As the options say, or else for a lit file whose ground the eye of the world_view() is above.
-bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation);
+/// As the option says, or else for a lit file whose ground the eye is above.
+bool has_ground(const std::optional<bool>& option, const morphray::View& world,
+                const Animation& animation);
 
 struct PosedAnimation {
     std::unique_ptr<Animation> animation;

@@ -9,7 +9,7 @@
 
 #include "app/base/options.h"
 #include "app/terminal/messages.h"
-#include "scenes/scene_frames.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 

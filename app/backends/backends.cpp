@@ -1,34 +1,96 @@
 #include "app/backends/backends.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <optional>
+#include <thread>
 
 #include "app/terminal/failure.h"
-#include "cpu/cpu_backend.h"
-#include "gpu/vulkan_backend.h"
+#include "common/base/errors.h"
 
 namespace mray::app {
 namespace {
 
-std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptions& options) {
-    const cpu::CpuConfig config{.threads = options.threads, .simd = options.simd};
-    if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(config);
-    if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(config);
-    check_vulkan();
+using namespace std::chrono_literals;
+
+/// More than the test's own time limit for a dispatch.
+constexpr auto kTimeLimit = 60s;
+constexpr char kChild[] = "MORPHRAY_DEVICE_CHECK_CHILD";
+
+bool may_start_child = false;
+
+/// Starts `morphray devices --check` for one device, without output. Returns nothing if that fails.
+std::optional<pid_t> start_child(const std::string& device) {
+    std::string program = "morphray", command = "devices", option = "--check";
+    char* arguments[] = {program.data(), command.data(), option.data(), nullptr};
+    std::string mark = std::string(kChild) + '=' + device;
+    std::vector<char*> environment;
+    for (char** variable = environ; *variable != nullptr; ++variable)
+        environment.push_back(*variable);
+    environment.push_back(mark.data());
+    environment.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
+        posix_spawn_file_actions_addopen(&files, fd, "/dev/null", O_WRONLY, 0);
+    pid_t child = 0;
+    const int result =
+        ::posix_spawn(&child, "/proc/self/exe", &files, nullptr, arguments, environment.data());
+    posix_spawn_file_actions_destroy(&files);
+    return result == 0 ? std::optional(child) : std::nullopt;
+}
+
+/// Waits for a child. Returns how it ended if that was not by itself.
+std::string wait_for(pid_t child) {
+    const auto end = std::chrono::steady_clock::now() + kTimeLimit;
+    int status = 0;
+    while (::waitpid(child, &status, WNOHANG) == 0) {
+        if (std::chrono::steady_clock::now() > end) {
+            // A process in a driver may outlive this, and is left alone.
+            ::kill(child, SIGKILL);
+            return fmt::format("it did not answer within {} s", kTimeLimit.count());
+        }
+        std::this_thread::sleep_for(10ms);
+    }
+    return WIFSIGNALED(status) ? fmt::format("it ended its process by signal {}", WTERMSIG(status))
+                               : "";
+}
+
+/// Throws Error if the device failed its self-test, which is made now if no result is kept.
+void require_sound_device(const std::string& device) {
+    const morphray::DeviceCheck check = call_library([&] {
+        const std::optional<morphray::DeviceCheck> kept = morphray::kept_device_check(device);
+        return kept ? *kept : check_device(device);
+    });
+    if (check.passed) return;
+    throw Error(kind_of(check.code), check.problem);
+}
+
+morphray::Device open_chosen(BackendChoice choice, const BackendOptions& options) {
+    const morphray::CpuOptions cpu = {.threads = options.threads, .simd = options.simd};
+    if (choice == BackendChoice::kVulkan) {
 #ifdef MORPHRAY_HAS_VULKAN
-    require_sound_device(options.device);
-    return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
+        require_sound_device(options.device);
 #else
-    return nullptr;
+        throw Error(ErrorKind::kUnavailable,
+                    "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
 #endif
+    }
+    return call_library([&] {
+        if (choice == BackendChoice::kVulkan)
+            return morphray::Device::vulkan(
+                {.device = options.device, .validate = options.validate});
+        if (choice == BackendChoice::kBrute) return morphray::Device::brute_force(cpu);
+        return morphray::Device::cpu(cpu);
+    });
 }
-
-std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
-    std::unique_ptr<Backend> backend = make_unwatched(choice, options);
-    backend->watch_images(Watch(&interrupt_flag()));
-    return backend;
-}
-
-}  // namespace
 
 bool asks_for_vulkan(const BackendOptions& options) {
     return !options.device.empty() || options.validate;
@@ -39,6 +101,7 @@ bool is_lack_of_vulkan(const Error& error) {
            error.kind() == ErrorKind::kDeviceLost;
 }
 
+/// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
 bool has_only_software_devices() {
     bool any = false;
     try {
@@ -48,18 +111,25 @@ bool has_only_software_devices() {
             any = true;
         }
     } catch (const Error& error) {
-        // make_chosen() warns of the reason.
+        // try_vulkan() warns of the reason.
         if (!is_lack_of_vulkan(error)) throw;
     }
     return any;
 }
 
-void check_vulkan() {
-#ifndef MORPHRAY_HAS_VULKAN
-    throw Error(ErrorKind::kUnavailable,
-                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
-#endif
+/// Nothing, after a warning, if Vulkan is not available and the options do not ask for it.
+std::optional<morphray::Device> try_vulkan(const BackendOptions& options,
+                                           const Messages& messages) {
+    try {
+        return open_chosen(BackendChoice::kVulkan, options);
+    } catch (const Error& error) {
+        if (asks_for_vulkan(options) || !is_lack_of_vulkan(error)) throw;
+        messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
+        return std::nullopt;
+    }
 }
+
+}  // namespace
 
 std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
 #ifdef MORPHRAY_HAS_VULKAN
@@ -69,37 +139,48 @@ std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
 #endif
 }
 
-std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options) {
-    if (options.choice == BackendChoice::kCpu) return {};
-    std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
-#ifdef MORPHRAY_HAS_VULKAN
-    const std::uint32_t chosen = gpu::find_device(options.device).index;
-    std::erase_if(devices, [&](const auto& device) { return device.index != chosen; });
-#endif
-    return devices;
+morphray::Device open_device(const BackendOptions& options, const Messages& messages) {
+    const auto open = [&] {
+        if (options.choice != BackendChoice::kAuto) return open_chosen(options.choice, options);
+        if (!asks_for_vulkan(options) && has_only_software_devices())
+            messages.note("no GPU; --backend vulkan takes the device that runs on the CPU");
+        else if (std::optional<morphray::Device> vulkan = try_vulkan(options, messages))
+            return *vulkan;
+        return open_chosen(BackendChoice::kCpu, options);
+    };
+    const morphray::Device device = open();
+    messages.note("tracing on " + device.name() + ": " + device.description());
+    return device;
 }
 
-std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
-                                      const Messages& messages) {
-    return make_chosen(choice, options, messages,
-                       [&](BackendChoice chosen) { return make_concrete(chosen, options); });
+std::vector<morphray::Device> open_devices(const BackendOptions& options,
+                                           const Messages& messages) {
+    if (options.choice != BackendChoice::kAuto) return {open_chosen(options.choice, options)};
+    const std::optional<morphray::Device> vulkan = try_vulkan(options, messages);
+    std::vector<morphray::Device> devices = {open_chosen(BackendChoice::kCpu, options)};
+    if (vulkan) devices.push_back(*vulkan);
+    return devices;
 }
 
 BuildConfig build_config(const BackendOptions& options) {
     return {.threads = options.threads, .watch = Watch(&interrupt_flag())};
 }
 
-std::vector<BackendChoice> profiled_backends(const BackendOptions& options,
-                                             const Messages& messages) {
-    if (options.choice != BackendChoice::kAuto) return {options.choice};
-    try {
-        make_concrete(BackendChoice::kVulkan, options);
-    } catch (const Error& error) {
-        if (asks_for_vulkan(options) || !is_lack_of_vulkan(error)) throw;
-        messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
-        return {BackendChoice::kCpu};
-    }
-    return {BackendChoice::kCpu, BackendChoice::kVulkan};
+void allow_check_in_child() { may_start_child = true; }
+
+bool is_check_child() { return std::getenv(kChild) != nullptr; }
+
+morphray::DeviceCheck check_device(const std::string& device) {
+    return call_library([&] {
+        if (is_check_child()) return morphray::check_vulkan_device(std::getenv(kChild));
+        const std::optional<pid_t> child = may_start_child ? start_child(device) : std::nullopt;
+        if (!child) return morphray::check_vulkan_device(device);
+        const std::string end = wait_for(*child);
+        if (!end.empty()) return morphray::keep_lost_device(device, end);
+        const std::optional<morphray::DeviceCheck> kept = morphray::kept_device_check(device);
+        // Without a folder to keep it in, the result is this process's own.
+        return kept ? *kept : morphray::check_vulkan_device(device);
+    });
 }
 
 }  // namespace mray::app

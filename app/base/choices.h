@@ -53,8 +53,9 @@ inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kA
 inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoice::kAuto},
                                                              {"cpu", BackendChoice::kCpu},
                                                              {"vulkan", BackendChoice::kVulkan}};
-inline constexpr Choice<std::uint32_t> kRays[] = {
-    {"primary", kRaysPrimary}, {"shadow", kRaysShadow}, {"ao", kRaysAo}};
+inline constexpr Choice<morphray::Rays> kRays[] = {{"primary", morphray::Rays::primary},
+                                                   {"shadow", morphray::Rays::shadow},
+                                                   {"ao", morphray::Rays::ao}};
 inline constexpr Choice<morphray::Shading> kShadings[] = {
     {"lit", morphray::Shading::lit},       {"plain", morphray::Shading::plain},
     {"normal", morphray::Shading::normal}, {"depth", morphray::Shading::depth},

@@ -10,7 +10,7 @@
 namespace mray::app {
 namespace {
 
-std::string text_of(const Point& p) { return fmt::format("{},{},{}", p[0], p[1], p[2]); }
+std::string text_of(const morphray::Point& p) { return fmt::format("{},{},{}", p[0], p[1], p[2]); }
 
 }  // namespace
 
@@ -27,8 +27,9 @@ std::vector<std::string> arguments_of(const SourceOptions& source) {
     return arguments;
 }
 
-std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, bool is_lit) {
-    const ViewSpec standard;
+std::vector<std::string> arguments_of(const morphray::View& view, morphray::Rays rays,
+                                      bool is_lit) {
+    const morphray::View standard;
     std::vector<std::string> arguments;
     const auto add = [&arguments](const char* name, const std::string& value) {
         arguments.insert(arguments.end(), {name, value});
@@ -38,8 +39,9 @@ std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, 
     if (view.target) add("--target", text_of(*view.target));
     if (view.up != standard.up) add("--up", text_of(view.up));
     if (view.fov != standard.fov) add("--fov", fmt::format("{}", view.fov));
-    if (view.light && (is_lit || rays == kRaysShadow)) add("--light", text_of(*view.light));
-    if (is_lit || rays == kRaysAo) {
+    if (view.light && (is_lit || rays == morphray::Rays::shadow))
+        add("--light", text_of(*view.light));
+    if (is_lit || rays == morphray::Rays::ao) {
         add("--ao-samples", fmt::format("{}", view.ao_count));
         if (view.ao_distance > 0) add("--ao-distance", fmt::format("{}", view.ao_distance));
     }
@@ -53,9 +55,9 @@ bool renders_one_image(const RenderOptions& options) {
            !std::filesystem::is_directory(options.out, error);
 }
 
-const char* name_of_rays(std::uint32_t rays) {
-    if (rays == kRaysShadow) return "shadow";
-    return rays == kRaysAo ? "ao" : "primary";
+const char* name_of_rays(morphray::Rays rays) {
+    if (rays == morphray::Rays::shadow) return "shadow";
+    return rays == morphray::Rays::ao ? "ao" : "primary";
 }
 
 bool shows_tree(morphray::Shading shading) {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/scene/camera_setup.h"
 #include "common/update/policy.h"
 #include "morphray/images.hpp"
 #include "morphray/queries.hpp"
@@ -41,16 +40,6 @@ struct BackendOptions {
     bool validate = false;
 };
 
-struct ShadingOptions {
-    morphray::Shading shading = morphray::Shading::lit;
-    std::uint32_t samples = 1;
-    bool flat = false;
-    /// "half" and "float" write EXR files, too.
-    std::string exr = {};
-    /// The scene stands on a plane that shows the background; without a value has_ground() decides.
-    std::optional<bool> ground = {};
-};
-
 struct TreeOptions {
     PolicySpec update = {};
     bool record_cost_ratio = false;
@@ -60,8 +49,12 @@ struct TreeOptions {
 
 struct ImageOptions {
     SourceOptions source = {};
-    ViewSpec view = {};
-    ShadingOptions shading = {};
+    /// In the coordinates of the file, as all views of options.
+    morphray::View view = {.shading = morphray::Shading::lit};
+    /// "half" and "float" write EXR files, too.
+    std::string exr = {};
+    /// The scene stands on a plane that shows the background; without a value has_ground() decides.
+    std::optional<bool> ground = {};
     BackendOptions backend = {};
     TreeOptions tree = {.update = {PolicyKind::kAuto}};
 };
@@ -75,7 +68,8 @@ struct RenderOptions {
 };
 
 struct ViewOptions {
-    ImageOptions image = {.view = {.width = 1280, .height = 720}};
+    ImageOptions image = {
+        .view = {.width = 1280, .height = 720, .shading = morphray::Shading::lit}};
     /// Without a value the first frame of the scene is shown first.
     std::optional<double> frame = {};
     bool plays = false;
@@ -88,9 +82,9 @@ struct CrosscheckOptions {
     /// Its scene is the one that is being checked.
     SourceOptions source = {};
     std::string frames = {};
-    ViewSpec view = {.width = 256, .height = 256};
+    morphray::View view = {.width = 256, .height = 256};
     /// Without a value all three kinds of rays are compared.
-    std::optional<std::uint32_t> rays = {};
+    std::optional<morphray::Rays> rays = {};
     BackendOptions backend = {};
     Reference reference = Reference::kAuto;
     /// The number of rays and of points a frame that the backends are asked about.
@@ -111,7 +105,7 @@ struct ProbeOptions {
     SourceOptions source = {};
     double frame = 0;
     Pixel pixel = {};
-    ViewSpec view = {};
+    morphray::View view = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
 };
@@ -119,7 +113,7 @@ struct ProbeOptions {
 struct ProfileOptions {
     SourceOptions source = {};
     std::string frames = {};
-    ViewSpec view = {};
+    morphray::View view = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
     /// The number of runs whose median is reported: without a value 10, or 5 for policies.
@@ -181,11 +175,11 @@ using CommandOptions = std::variant<RenderOptions, ViewOptions, CrosscheckOption
 /// The arguments that make another command read the scene in the same way, without its name.
 std::vector<std::string> arguments_of(const SourceOptions& source);
 /// The arguments that make another command trace this view, as far as the image has them.
-std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, bool is_lit);
+std::vector<std::string> arguments_of(const morphray::View& view, morphray::Rays rays, bool is_lit);
 /// Whether --out of render names one image instead of a folder.
 bool renders_one_image(const RenderOptions& options);
-/// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
-const char* name_of_rays(std::uint32_t rays);
+/// "primary", "shadow" or "ao".
+const char* name_of_rays(morphray::Rays rays);
 bool shows_tree(morphray::Shading shading);
 
 }  // namespace mray::app

@@ -25,15 +25,15 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
                                   "what colours show (lit): light and sky, one colour, normals, "
                                   "depths, triangles (prim), nodes and leaves that a ray enters "
                                   "(steps), cost of the tree's leaves (sah)",
-                                  kShadings, image.shading.shading)
+                                  kShadings, image.view.shading)
         ->excludes(rays);
     CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
-                                                           kSampleCounts, image.shading.samples);
-    command.add_flag("--flat", image.shading.flat, "without smooth normals");
+                                                           kSampleCounts, image.view.samples);
+    command.add_flag("--flat", image.view.flat, "without smooth normals");
     add_choice<bool>(command, "--ground",
                      "a plane below the scene that shows shadows (on with lit for files, without "
                      "--hits and --exr)",
-                     kOnOff, image.shading.ground);
+                     kOnOff, image.ground);
     add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
     add_build_at(command, image.tree.build_at);
     add_parsed(
@@ -45,13 +45,13 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
     const CLI::Option* const ao_samples = command.get_option("--ao-samples");
     return [=, &image](std::uint32_t lit_samples) {
         using morphray::Shading;
-        if (rays->count() > 0) image.shading.shading = Shading::plain;
-        const bool is_lit = image.shading.shading == Shading::lit;
+        if (rays->count() > 0) image.view.shading = Shading::plain;
+        const bool is_lit = image.view.shading == Shading::lit;
         constexpr std::uint32_t kLitAoCount = 8;
         if (is_lit && ao_samples->count() == 0) image.view.ao_count = kLitAoCount;
         if (!is_lit && image.view.ao_count == 0)
             refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
-        if (samples->count() == 0) image.shading.samples = is_lit ? lit_samples : 1;
+        if (samples->count() == 0) image.view.samples = is_lit ? lit_samples : 1;
     };
 }
 
@@ -70,7 +70,7 @@ void add_render(CommandAdder& adder) {
             add_frames(command, options.frames, "all whole frames");
             add_choice<const char*>(command, "--exr",
                                     "also OpenEXR files, with linear colours and layers",
-                                    kExrColours, options.image.shading.exr);
+                                    kExrColours, options.image.exr);
             add_text(command, "-o,--out", "DIR|FILE.png",
                      "folder of the images, or one image (out)", options.out);
             add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits);
@@ -79,14 +79,14 @@ void add_render(CommandAdder& adder) {
             adder.add_verbose(command);
             return [complete, &options] {
                 complete(options.hits.empty() ? 4 : 1);
-                ShadingOptions& shading = options.image.shading;
-                const bool has_data = !options.hits.empty() || !shading.exr.empty();
-                if (!shading.ground && has_data) shading.ground = false;
-                if (!options.hits.empty() && (*shading.ground || shading.samples != 1))
+                ImageOptions& image = options.image;
+                const bool has_data = !options.hits.empty() || !image.exr.empty();
+                if (!image.ground && has_data) image.ground = false;
+                if (!options.hits.empty() && (*image.ground || image.view.samples != 1))
                     refuse(
                         "--hits: a file of hits has one camera ray a pixel and one mesh; leave "
                         "--samples and --ground out");
-                if (!shading.exr.empty() && shading.shading != morphray::Shading::lit)
+                if (!image.exr.empty() && image.view.shading != morphray::Shading::lit)
                     refuse("--exr: only --shading lit has linear colours");
                 if (!lower_case(options.out).ends_with(".png"))
                     refuse_file_name(options.out,
@@ -117,7 +117,7 @@ void add_view(CommandAdder& adder) {
                 // A still image goes on to be refined; a screenshot is what render writes.
                 complete(4);
                 if (options.screenshot.empty() && samples->count() == 0)
-                    options.image.shading.samples = 16;
+                    options.image.view.samples = 16;
                 if (options.screenshot.empty()) return;
                 options.plays = false;
                 if (!lower_case(options.screenshot).ends_with(".png"))
@@ -139,8 +139,8 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_source_options(command, options.source);
             add_frames(command, options.frames, kFewFrames);
             add_view_options(command, options.view, "256x256", 1, "16");
-            add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
-                                      kRays, options.rays);
+            add_choice<morphray::Rays>(command, "--rays", "what each pixel traces (all three)",
+                                       kRays, options.rays);
             add_backend_options(command, options.backend, kCheckedBackends, "all");
             heading(command, "Output");
             add_choice<Reference>(command, "--reference",

@@ -119,8 +119,8 @@ CLI::Option* add_frame(CLI::App& command, std::optional<double>& target) {
                       parse_frame);
 }
 
-void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint32_t least_ao,
-                      const char* ao) {
+void add_view_options(CLI::App& command, morphray::View& view, const char* size,
+                      std::uint32_t least_ao, const char* ao) {
     heading(command, "Image");
     add_pair(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", size), 'x',
              1, view.width, view.height);
@@ -138,8 +138,8 @@ void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::
                view.ao_distance, [](const std::string& text) { return parse_finite(text, 0); });
 }
 
-CLI::Option* add_rays(CLI::App& command, ViewSpec& view, const char* otherwise) {
-    return add_choice<std::uint32_t>(
+CLI::Option* add_rays(CLI::App& command, morphray::View& view, const char* otherwise) {
+    return add_choice<morphray::Rays>(
         command, "--rays", fmt::format("what each pixel traces ({})", otherwise), kRays, view.rays);
 }
 

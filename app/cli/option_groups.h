@@ -132,10 +132,10 @@ void add_frames(CLI::App& command, std::string& target, const char* otherwise);
 CLI::Option* add_frame(CLI::App& command, std::optional<double>& target);
 
 /// Size, camera, light and ambient occlusion, with the defaults to show.
-void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint32_t least_ao,
-                      const char* ao);
+void add_view_options(CLI::App& command, morphray::View& view, const char* size,
+                      std::uint32_t least_ao, const char* ao);
 /// --rays, of which the first kind is the default.
-CLI::Option* add_rays(CLI::App& command, ViewSpec& view, const char* otherwise);
+CLI::Option* add_rays(CLI::App& command, morphray::View& view, const char* otherwise);
 
 /// --backend with these choices and the default to show, device, threads and instruction set.
 void add_backend_options(CLI::App& command, BackendOptions& backend,

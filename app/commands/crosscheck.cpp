@@ -10,6 +10,7 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/text/text_parts.h"
+#include "library/src/engine.h"
 
 namespace mray::app {
 namespace {
@@ -82,21 +83,20 @@ private:
     }
 
     void check_scene(const CrosscheckOptions& options, Json& report) {
-        SceneFrames scene(open_animation(options.source, messages_), warn_by(messages_));
-        const Animation& animation = scene.animation();
+        const std::unique_ptr<Animation> opened = open_animation(options.source, messages_);
+        const Animation& animation = *opened;
         report["scene"] = animation.name();
         report["triangles"] = animation.topology().triangles.size();
         report["vertices"] = animation.topology().vertex_count;
         const std::vector<double> frames =
             select_frames(options.frames, std::nullopt, animation, DefaultFrames::kFew);
         report["frames"] = frames;
-        if (!backends_) {
-            for (const morphray::VulkanDeviceInfo& device : devices_to_check(options.backend))
-                report_["environment"]["devices"].push_back(of(device));
-            backends_ = make_checked_backends(options.backend, messages_);
+        if (!devices_) {
+            add_chosen_device(options.backend);
+            devices_ = open_checked_devices(options.backend, messages_);
         }
         std::optional<Progress> building(std::in_place, "building the tree", 0, messages_);
-        CrossChecker checker(options, scene, *backends_, report);
+        CrossChecker checker(options, animation, *devices_, report, messages_);
         building.reset();
         Progress progress("comparing", frames.size(), messages_);
         std::uint64_t done = 0;
@@ -110,6 +110,15 @@ private:
         throw Error(
             ErrorKind::kBadArgument,
             "no camera ray hits anything, so nothing was checked; choose --eye and --target");
+    }
+
+    /// The Vulkan device that is checked, unless the options choose the CPU.
+    void add_chosen_device(const BackendOptions& options) {
+        if (options.choice == BackendChoice::kCpu) return;
+        const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
+        const std::uint32_t chosen = morphray::engine::device_index(options.device);
+        for (const morphray::VulkanDeviceInfo& device : devices)
+            if (device.index == chosen) report_["environment"]["devices"].push_back(of(device));
     }
 
     void leave(Json& scene, const Error& error) {
@@ -127,8 +136,8 @@ private:
     std::string unfinished_;
     /// The warnings that a scene of the report has.
     std::size_t warned_ = 0;
-    /// Made for the first scene.
-    std::optional<CheckedBackends> backends_;
+    /// Opened for the first scene. They are shared because a device takes a second to start.
+    std::optional<CheckedDevices> devices_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "app/animation/animation_scene.h"
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/base/choices.h"
@@ -16,10 +17,13 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "common/version.h"
+#include "library/src/engine.h"
 #include "scenes/procedural/procedural.h"
 
 namespace mray::app {
 namespace {
+
+namespace engine = morphray::engine;
 
 std::string describe_vulkan() {
     try {
@@ -44,11 +48,11 @@ std::string describe_program() {
     return text + "\nbuilt-in scenes\n" + table.text();
 }
 
-Json describe_tree(const Topology& topology, std::span<const vec3> positions) {
-    const Stopwatch watch;
-    const Bvh bvh = build_bvh(topology, positions);
+Json describe_tree(const AnimationScene& scene) {
+    Bvh bvh;
+    engine::backend(scene.scene()).read_tree(bvh);
     const BvhStats stats = bvh_stats(bvh);
-    return {{"build_ms", watch.ms()},
+    return {{"build_ms", scene.update().rebuild_ms},
             {"bvh_hash", hash_text(bvh_hash(bvh))},
             {"sah_cost", stats.sah_cost},
             {"nodes", stats.node_count},
@@ -74,14 +78,13 @@ void add_textures(Json& json, const SceneTextures* textures) {
 }
 
 Json describe_scene(const InfoOptions& options, const Messages& messages) {
-    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
-    const Animation& animation = scene.animation();
+    const std::unique_ptr<Animation> opened = open_animation(options.source, messages);
+    const Animation& animation = *opened;
     const Topology& topology = animation.topology();
     const double frame = select_frame(options.frame, std::nullopt, animation);
-    std::vector<vec3> world(topology.vertex_count);
-    animation.positions(frame, world);
-    const std::uint64_t not_finite = count_not_finite(topology, world);
-    const std::span<const vec3> positions = scene.positions(frame);
+    const AnimationScene scene(morphray::Device::cpu(), {.view = {}}, animation, frame, messages);
+    const std::uint64_t not_finite = count_not_finite(topology, scene.positions());
+    const std::span<const vec3> positions = engine::positions(scene.scene());
     const DegenerateCount degenerate = count_degenerate(topology, positions);
     Json json = head_of("info", animation);
     json["first_frame"] = animation.first_frame();
@@ -98,7 +101,7 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
         json["bounds"] = {{"lower", corner(bounds.lower)}, {"upper", corner(bounds.upper)}};
     }
     json["origin"] = {origin.at.x, origin.at.y, origin.at.z};
-    json["scene_exponent"] = scene.space().exponent();
+    json["scene_exponent"] = engine::space(scene.scene()).exponent();
     json["not_finite"] = not_finite;
     json["too_far"] = degenerate.left_out - not_finite;
     json["zero_area"] = degenerate.zero_area;
@@ -115,7 +118,7 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", named.name},
                                       {"shown", named.is_shown}});
-    if (options.tree_facts) json["tree"] = describe_tree(topology, positions);
+    if (options.tree_facts) json["tree"] = describe_tree(scene);
     return json;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/animation/animation_scene.h"
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/commands/commands.h"
@@ -21,10 +22,12 @@
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
 #include "common/text/number_text.h"
-#include "common/update/tree_updater.h"
+#include "library/src/engine.h"
 
 namespace mray::app {
 namespace {
+
+namespace engine = morphray::engine;
 
 constexpr std::size_t kCandidates = 8;
 
@@ -96,7 +99,7 @@ std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
 
 void require_pixel(const ProbeOptions& options) {
     const Pixel p = options.pixel;
-    const ViewSpec& view = options.view;
+    const morphray::View& view = options.view;
     if (p.x < view.width && p.y < view.height) return;
     throw Error(ErrorKind::kBadArgument,
                 "--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to {},{}, or "
@@ -192,23 +195,20 @@ std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute,
 
 ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     require_pixel(options);
-    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
-    const double number = select_frame(options.frame, options.tree.build_at, scene.animation());
-    const Topology& topology = scene.animation().topology();
-    const std::unique_ptr<Backend> tracer =
-        make_backend(options.backend.choice, options.backend, messages);
-    const BackendInfo& info = tracer->info();
-    messages.note("tracing on " + info.name + ": " + info.description);
-    const double build_at = options.tree.build_at.value_or(number);
+    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
+    const double number = select_frame(options.frame, options.tree.build_at, *animation);
+    const Topology& topology = animation->topology();
+    const morphray::Device device = open_device(options.backend, messages);
     std::optional<Progress> progress(std::in_place, "building the tree", 0, messages);
-    TreeUpdater updater(topology, scene.positions(build_at), *tracer, options.tree.update,
-                        build_config(options.backend), {});
-    if (build_at != number) updater.update(scene.positions(number));
-    const ImageParams params = scene.image_params(options.view);
+    AnimationScene posed(device, {.view = {}, .tree = options.tree}, *animation, number, messages);
+    posed.advance(number);
+    const morphray::Scene& scene = posed.scene();
+    Backend& tracer = engine::backend(scene);
+    const ImageParams params = engine::image_params(scene, world_view(options.view, *animation));
     progress.reset();
     progress.emplace("tracing the image", 0, messages);
     Frame frame;
-    tracer->trace_image(params, frame);
+    tracer.trace_image(params, frame);
     progress.reset();
     progress.emplace("testing all triangles", 0, messages);
 
@@ -218,27 +218,27 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     const std::uint32_t colour = frame.pixels[index];
     const Ray ray = camera_ray(params.camera, pixel.x, pixel.y);
     Hit alone;
-    tracer->trace({{&ray, 1}, {&alone, 1}});
-    const std::span<const vec3> positions = scene.positions(number);
+    tracer.trace({{&ray, 1}, {&alone, 1}});
+    const std::span<const vec3> positions = engine::positions(scene);
     const std::uint32_t wanted[] = {image.prim_id, alone.prim_id};
     const std::vector<Candidate> candidates = find_candidates(ray, topology, positions, wanted);
     const bool brute_hits = !candidates.empty() && candidates.front().is_hit;
-    const SceneSpace& space = scene.space();
+    const SceneSpace& space = engine::space(scene);
     const double world_depth =
         space.length_to_world(camera_depth_scale(params.camera, pixel.x, pixel.y));
-    const BvhStats tree = bvh_stats(updater.tree());
+    const auto tree = call_library([&] { return scene.tree_statistics(); });
 
     std::string text = probe_sentence(
         image, alone, brute_hits ? candidates.front().hit : no_hit(),
         std::ldexp(image.t * std::hypot(ray.dir.x, ray.dir.y, ray.dir.z), -space.exponent()));
     text += fmt::format("\n{}, frame {}, pixel {},{} of {}x{}, {} rays\nbackend {}: {}\n",
-                        scene.animation().name(), number, pixel.x, pixel.y, params.width,
-                        params.height, name_of_rays(params.rays), info.name, info.description);
+                        animation->name(), number, pixel.x, pixel.y, params.width, params.height,
+                        name_of_rays(options.view.rays), device.name(), device.description());
     text += fmt::format(
         "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
-        name_of(updater.last().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
-        hash_text(bvh_hash(updater.tree())));
-    const Origin origin = scene.animation().origin();
+        to_string(posed.update().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
+        hash_text(tree.hash));
+    const Origin origin = animation->origin();
     const glm::dvec3 org = origin.from_world(glm::dvec3(space.to_world(ray.org)));
     text += ray_text(ray, org, origin.digits(), world_depth) + "\n";
     text += hit_text("hit in the image", image, world_depth);
@@ -252,7 +252,7 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
         const uvec3 corners = topology.triangles[alone.prim_id];
         const Surface surface = surface_at(ray, alone, positions[corners.x], positions[corners.y],
                                            positions[corners.z]);
-        text += secondary_text(params, surface, pixel, *tracer);
+        text += secondary_text(params, surface, pixel, tracer);
     }
     messages.print(text + "\n" + candidates_text(candidates));
     return ExitCode::kOk;

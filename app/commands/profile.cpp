@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "app/animation/animation_scene.h"
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/commands/commands.h"
@@ -18,9 +19,12 @@
 #include "common/report/spread.h"
 #include "common/report/table.h"
 #include "common/text/text_parts.h"
+#include "library/src/engine.h"
 
 namespace mray::app {
 namespace {
+
+namespace engine = morphray::engine;
 
 /// The caches are a small part of the time of a stage that takes longer.
 constexpr double kLongMs = 50;
@@ -29,53 +33,46 @@ constexpr double kLongMs = 50;
 /// frame. Stages run in turn, so that what disturbs the machine for a while disturbs all of them.
 class StageProfiler {
 public:
-    /// Builds the first tree. Options and scene must outlive it. Throws as make_backend.
-    StageProfiler(const ProfileOptions& options, SceneFrames& scene, double first_frame,
-                  BackendChoice choice, const Messages& messages)
+    /// Builds the first tree. Options and animation must outlive it.
+    StageProfiler(const ProfileOptions& options, const Animation& animation, double first_frame,
+                  const morphray::Device& device, const Messages& messages)
         : options_(options),
-          scene_(scene),
-          refits_(make_backend(choice, options.backend, messages)),
-          given_(make_backend(choice, options.backend, messages)) {
-        const double build_at = options.tree.build_at.value_or(first_frame);
-        const std::span<const vec3> positions = scene.positions(build_at);
-        tree_ = build(positions);
-        refits_->set_scene(scene.animation().topology(), positions, tree_);
-        given_->set_scene(scene.animation().topology(), positions, tree_);
-    }
+          topology_(animation.topology()),
+          view_(world_view(options.view, animation)),
+          scene_(device, {.view = {}, .tree = options.tree}, animation, first_frame, messages),
+          refits_(engine::backend(scene_.scene())),
+          given_(engine::copy_on(device, scene_.scene())) {}
 
-    std::string backend() const { return refits_->info().name; }
+    std::string backend() const { return refits_.info().name; }
 
     /// Frames must come in order. Returns medians, and in "samples_ms" the times of all runs:
     /// "update" is upload and refit of each run, "trace_rebuilt" the trace of the rebuilt tree.
     Json measure(double frame) {
         FrameTimes times;
         std::map<std::string, std::vector<double>> samples;
-        std::span<const vec3> positions;
+        const std::span<const vec3> positions = engine::positions(scene_.scene());
         Bvh rebuilt;
         for (int round = 0; round < *options_.repeat; ++round) {
             const auto add = [&](std::vector<double>& of_stage,
                                  const std::function<double()>& stage_ms) {
                 of_stage.push_back(run(stage_ms, round == 0));
             };
-            add(samples["deform"], [&] {
-                positions = scene_.positions(frame);
-                return scene_.deform_ms();
-            });
+            add(samples["deform"], [&] { return scene_.deform(frame); });
             UpdateTimes update;
             add(samples["update"], [&] {
-                refits_->refit(positions, RefitExtent::kAll);
-                update = refits_->finish().update;
+                refits_.refit(positions, RefitExtent::kAll);
+                update = refits_.finish().update;
                 return update.upload_ms + update.refit_ms;
             });
             samples["upload"].push_back(update.upload_ms);
             samples["refit"].push_back(update.refit_ms);
             add(samples["rebuild"], [&] {
                 const Stopwatch watch;
-                rebuilt = build(positions);
+                rebuilt = build_bvh(topology_, positions, build_config(options_.backend));
                 return watch.ms();
             });
-            add(samples["trace"], [&] { return trace(*refits_); });
-            times.rays = refits_->finish().rays;
+            add(samples["trace"], [&] { return trace(refits_); });
+            times.rays = refits_.finish().rays;
             if (round == 0) given_->set_frame(positions, rebuilt);
             add(samples["trace_rebuilt"], [&] { return trace(*given_); });
         }
@@ -84,7 +81,7 @@ public:
         times.update.refit_ms = median(samples["refit"]);
         times.update.rebuild_ms = median(samples["rebuild"]);
         times.trace_ms = median(samples["trace"]);
-        refits_->read_tree(tree_);
+        refits_.read_tree(tree_);
         Json row = {{"frame", frame}, {"backend", backend()}};
         add_times(row, times);
         row["total_ms"] = times.total_ms();
@@ -97,11 +94,6 @@ public:
     }
 
 private:
-    Bvh build(std::span<const vec3> positions) const {
-        return build_bvh(scene_.animation().topology(), positions,
-                         {.threads = options_.backend.threads});
-    }
-
     /// The time of a run, after one to warm up in the first round, and for short stages in all.
     double run(const std::function<double()>& stage_ms, bool is_first_round) {
         const double first = stage_ms();
@@ -109,13 +101,15 @@ private:
     }
 
     double trace(Backend& backend) {
-        backend.trace_image(scene_.image_params(options_.view), frame_);
+        backend.trace_image(engine::image_params(scene_.scene(), view_), frame_);
         return backend.finish().trace_ms;
     }
 
     const ProfileOptions& options_;
-    SceneFrames& scene_;
-    std::unique_ptr<Backend> refits_;
+    const Topology& topology_;
+    morphray::View view_;
+    AnimationScene scene_;
+    Backend& refits_;
     std::unique_ptr<Backend> given_;
     Bvh tree_;
     Frame frame_;
@@ -204,12 +198,13 @@ Table table_of(const Json& rows) {
     return table;
 }
 
-void measure(const ProfileOptions& options, SceneFrames& scene, const std::vector<double>& frames,
-             const std::vector<BackendChoice>& choices, const Messages& messages, Json& report) {
-    Progress progress("measuring", frames.size() * choices.size(), messages);
-    for (const BackendChoice choice : choices) {
+void measure(const ProfileOptions& options, const Animation& animation,
+             const std::vector<double>& frames, const Messages& messages, Json& report) {
+    const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
+    Progress progress("measuring", frames.size() * devices.size(), messages);
+    for (const morphray::Device& device : devices) {
         progress.begin("tree");
-        StageProfiler profiler(options, scene, frames.front(), choice, messages);
+        StageProfiler profiler(options, animation, frames.front(), device, messages);
         for (const double frame : frames) {
             throw_if_interrupted();
             progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()));
@@ -236,14 +231,13 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     if (!options.repeat) options.repeat = options.policies.empty() ? 10 : 5;
     if (!options.policies.empty()) return profile_policies(options, messages);
     check_reports({options.json, options.csv});
-    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
-    const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
-                                                     scene.animation(), DefaultFrames::kFew);
-    Json report = profile_head(options, scene.animation());
+    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
+    const std::vector<double> frames =
+        select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kFew);
+    Json report = profile_head(options, *animation);
     report["options"] = measured_options(options);
     report["frames"] = Json::array();
-    const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
-    measure(options, scene, frames, choices, messages, report);
+    measure(options, *animation, frames, messages, report);
     const auto text = [&] {
         const Json backends = backends_of(report["frames"]);
         return fmt::format(

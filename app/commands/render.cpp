@@ -57,41 +57,44 @@ Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray:
 
 std::string rays_text(const RenderOptions& options) {
     using morphray::Shading;
-    const Shading shading = options.image.shading.shading;
+    const Shading shading = options.image.view.shading;
     if (shading == Shading::plain) return name_of_rays(options.image.view.rays);
-    if (shading != Shading::lit) return name_of_rays(kRaysPrimary);
+    if (shading != Shading::lit) return name_of_rays(morphray::Rays::primary);
     return options.image.view.ao_count == 0 ? "shadow" : "shadow, ao";
 }
 
 std::uint64_t pixel_count(const RenderOptions& options) {
-    const ViewSpec& view = options.image.view;
-    return std::uint64_t{view.width} * view.height * options.image.shading.samples;
+    const morphray::View& view = options.image.view;
+    return std::uint64_t{view.width} * view.height * view.samples;
 }
 
 /// Traces images while earlier ones are written, and the positions of the next frame are read.
 class Renderer {
 public:
-    Renderer(const RenderOptions& options, const Animation& animation,
+    /// `view` is the world_view() of the options.
+    Renderer(const RenderOptions& options, const morphray::View& view, const Animation& animation,
              const std::vector<FrameTask>& tasks, const std::filesystem::path& folder,
              const Messages& messages)
         : options_(options),
           messages_(messages),
           folder_(folder),
           animation_(animation),
-          tasks_(tasks) {
-        const ViewSpec& view = options.image.view;
+          tasks_(tasks),
+          view_(view),
+          scale_(scale_text(view, animation)) {
+        view_.lit_pixels = !options.image.exr.empty();
+        view_.cancel = &interrupt_flag();
         if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
         using morphray::Shading;
-        scale_ = scale_text(options.image.shading.shading, world_view(view, animation), animation);
-        animation_hash_ = animation_hash(animation, options.image.shading.shading == Shading::lit,
-                                         options.image.source.lenient);
+        animation_hash_ =
+            animation_hash(animation, view.shading == Shading::lit, options.image.source.lenient);
         report_ = head_of("render", animation);
         report_["width"] = view.width;
         report_["height"] = view.height;
         for (const char* key : {"backend", "device", "error"}) report_[key] = "";
         report_["rays"] = rays_text(options);
-        report_["shading"] = name_in<Shading>(kShadings, options.image.shading.shading);
-        report_["samples"] = options.image.shading.samples;
+        report_["shading"] = name_in<Shading>(kShadings, view.shading);
+        report_["samples"] = view.samples;
         report_["complete"] = false;
         report_["frames"] = Json::array();
         prints_rows_ = !is_stdout(options.json);
@@ -108,9 +111,12 @@ public:
 
     /// Builds the tree; before the first render().
     void open(double first_frame) {
-        scene_.emplace(options_.image, animation_, first_frame, messages_);
-        report_["backend"] = scene_->scene().device().name();
-        report_["device"] = scene_->scene().device().description();
+        const morphray::Device device = open_device(options_.image.backend, messages_);
+        ImageOptions options = options_.image;
+        options.ground = has_ground(options.ground, view_, animation_);
+        scene_.emplace(device, options, animation_, first_frame, messages_);
+        report_["backend"] = device.name();
+        report_["device"] = device.description();
         if (!scale_.empty()) messages_.tell(scale_);
     }
 
@@ -127,7 +133,8 @@ public:
         if (next) scene_->prepare(*next);
         // The one that is written is the other.
         morphray::Image& traced = traced_[finished() % traced_.size()];
-        scene_->render(options_.image.view, options_.image.shading, traced, &progress.share);
+        view_.progress = &progress.share;
+        scene_->render(view_, traced);
         const Json report = json_of(*scene_, tasks_[i], traced, !options_.json.empty());
         wait();
         writing_ = std::async(std::launch::async,
@@ -175,7 +182,7 @@ private:
             image_texts(options_.image, task.frame, scene_hash, scale_, traced);
         if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
             const ExrColours colours =
-                options_.image.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
+                options_.image.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
             write_file(file, encode_exr(traced, colours, texts));
         }
         Image image{traced.width, traced.height, std::move(traced.pixels)};
@@ -200,7 +207,7 @@ private:
     std::filesystem::path folder_;
     const Animation& animation_;
     const std::vector<FrameTask>& tasks_;
-    /// Of scale_text().
+    morphray::View view_;
     std::string scale_;
     std::uint64_t animation_hash_ = 0;
     std::optional<AnimationScene> scene_;
@@ -218,18 +225,17 @@ private:
 };
 
 /// Refuses images whose samples are beyond what an image may have, though its pixels are not.
-void require_samples_fit(const RenderOptions& options) {
-    const std::uint32_t samples = options.image.shading.samples;
-    const std::uint64_t side = morphray::sample_side(samples);
-    const std::uint64_t width = options.image.view.width * side;
-    const std::uint64_t height = options.image.view.height * side;
-    if (samples == 1 || (std::max(width, height) <= kMaxImageSide && width * height <= kMaxPixels))
+void require_samples_fit(const morphray::View& view) {
+    const std::uint64_t side = morphray::sample_side(view.samples);
+    const std::uint64_t width = view.width * side;
+    const std::uint64_t height = view.height * side;
+    if (view.samples == 1 ||
+        (std::max(width, height) <= kMaxImageSide && width * height <= kMaxPixels))
         return;
     throw Error(ErrorKind::kLimit,
                 "{}x{} pixels of {} samples are too many; at most {} a side and {} in all are "
                 "possible, give a smaller --size or --samples",
-                options.image.view.width, options.image.view.height, samples, kMaxImageSide,
-                kMaxPixels);
+                view.width, view.height, view.samples, kMaxImageSide, kMaxPixels);
 }
 
 ExitCode render_frames(RenderOptions options, const Messages& messages) {
@@ -243,8 +249,9 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     std::vector<std::string> outputs = {options.json, options.hits};
     for (const FrameTask& task : tasks) outputs.push_back(folder / task.file);
     require_distinct(outputs);
-    require_view(options.image.view, *animation);
-    Renderer renderer(options, *animation, tasks, folder, messages);
+    const morphray::View view = world_view(options.image.view, *animation);
+    require_view(view, *animation);
+    Renderer renderer(options, view, *animation, tasks, folder, messages);
     Failure failure;
     Progress progress("rendering", tasks.size(), messages);
     progress.begin("tree");
@@ -267,7 +274,7 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
 }  // namespace
 
 ExitCode run_command(const RenderOptions& options, const Messages& messages) {
-    require_samples_fit(options);
+    require_samples_fit(options.image.view);
     return render_frames(options, messages);
 }
 

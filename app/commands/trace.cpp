@@ -14,6 +14,7 @@
 #include "app/terminal/messages.h"
 #include "common/scene/view_axes.h"
 #include "common/text/text_parts.h"
+#include "library/src/engine.h"
 
 namespace mray::app {
 namespace {
@@ -41,9 +42,7 @@ public:
         : options_(options),
           scene_(posed.scene->scene()),
           origin_(posed.animation->origin()),
-          space_(space_of_pose(
-              posed.animation->bounds(),
-              PoseExtent(posed.scene->positions(), used_vertices(posed.animation->topology())))) {}
+          space_(morphray::engine::space(scene_)) {}
 
     /// `excluded` has the size of `rays`, or is empty.
     void trace(std::span<const WorldRay> rays, std::span<const morphray::Primitive> excluded) {
@@ -130,7 +129,7 @@ private:
     const TraceOptions& options_;
     const morphray::Scene& scene_;
     Origin origin_;
-    SceneSpace space_;
+    const SceneSpace& space_;
     morphray::QueryOptions query_{.coherence = morphray::Coherence::sort(),
                                   .cancel = &interrupt_flag()};
     std::vector<morphray::Ray> rays_;

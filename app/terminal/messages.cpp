@@ -68,7 +68,9 @@ void Messages::error(const Failure& failure) const {
 void Messages::warn(const Warning& warning) const {
     static std::mutex mutex;
     const std::scoped_lock lock(mutex);
-    warnings_.push_back(warning.line(hint_text(warning.hint)));
+    std::string line = warning.line(hint_text(warning.hint));
+    if (!warnings_.empty() && warnings_.back() == line) return;
+    warnings_.push_back(std::move(line));
     write_line(warning.place.empty() ? kProgram : "", warnings_.back());
 }
 

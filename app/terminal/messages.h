@@ -27,6 +27,7 @@ public:
 
     /// Writes a line to stderr, with "morphray: " unless it begins with a file. Ignores failures.
     void error(const Failure& failure) const;
+    /// Likewise, unless it repeats the warning before.
     void warn(const Warning& warning) const;
     /// All warnings so far, each as the line that was written without the program's name.
     const std::vector<std::string>& warnings() const { return warnings_; }

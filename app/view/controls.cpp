@@ -28,7 +28,7 @@ void press(int key, const Camera& first_camera, ViewState& state) {
     Playback& playback = state.playback;
     const int number = key - GLFW_KEY_1;
     if (number >= 0 && number < static_cast<int>(std::size(kShadings)))
-        state.shading = kShadings[number].value;
+        state.view.shading = kShadings[number].value;
     if (key == GLFW_KEY_SPACE) playback.playing = !playback.playing;
     if (key == GLFW_KEY_LEFT) playback.step(-1);
     if (key == GLFW_KEY_RIGHT) playback.step(1);
@@ -85,8 +85,8 @@ void draw_tree(ViewState& state) {
 
 std::string figures(const TracedImage& image) {
     std::string text = fmt::format("{}x{}, {} sample{} a pixel\n", image.request.view.width,
-                                   image.request.view.height, image.request.samples,
-                                   image.request.samples == 1 ? "" : "s");
+                                   image.request.view.height, image.request.view.samples,
+                                   image.request.view.samples == 1 ? "" : "s");
     for (const TracedPane& pane : image.panes)
         text += fmt::format(
             "{}\n  deform {:.2f} ms\n  update {:.2f} ms, {}, SAH ratio {:.2f}\n"
@@ -138,9 +138,9 @@ void draw_panel(float left, float width, float height, ViewState& state, const P
     ImGui::Separator();
     choose("backend", kShownBackends, state.backend);
     ImGui::Checkbox("difference of CPU and Vulkan", &state.shows_difference);
-    choose("shading", kShadings, state.shading);
-    if (state.shading == morphray::Shading::plain) choose("rays", kRays, state.view.rays);
-    choose("samples", kSampleCounts, state.samples);
+    choose("shading", kShadings, state.view.shading);
+    if (state.view.shading == morphray::Shading::plain) choose("rays", kRays, state.view.rays);
+    choose("samples", kSampleCounts, state.view.samples);
     draw_tree(state);
     ImGui::Separator();
     ImGui::PushTextWrapPos();

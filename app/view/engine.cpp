@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/backends/backends.h"
 #include "app/terminal/failure.h"
 #include "common/text/number_text.h"
 
@@ -117,9 +118,7 @@ void Engine::run() {
 
 /// A change of the policy builds a new scene. There is one with the ground and one without.
 Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice backend) {
-    ShadingOptions shading = options_.shading;
-    shading.shading = request.shading;
-    const bool ground = has_ground(shading, request.view, animation_);
+    const bool ground = has_ground(options_.ground, request.view, animation_);
     BackendScene& traced = scenes_[{backend, ground}];
     const bool is_new = !traced.scene || traced.update != request.update;
     if (is_new) {
@@ -128,12 +127,13 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
         options.tree.update = request.update;
         options.tree.record_cost_ratio = true;
         // Whatever is shown first, the scene has its textures.
-        options.shading.shading = morphray::Shading::lit;
-        options.shading.ground = ground;
+        options.view.shading = morphray::Shading::lit;
+        options.ground = ground;
         // --build-at is for the first tree; a change of settings builds where one is.
         if (traced.scene) options.tree.build_at.reset();
         traced.scene =
-            std::make_unique<AnimationScene>(options, animation_, request.frame, messages_, stops_);
+            std::make_unique<AnimationScene>(open_device(options.backend, messages_), options,
+                                             animation_, request.frame, messages_, stops_);
         traced.update = request.update;
     }
     if (is_new || traced.frame != request.frame) traced.scene->advance(request.frame);
@@ -143,10 +143,10 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
 
 TracedPane Engine::trace(const ImageRequest& request, BackendChoice backend) {
     BackendScene& traced = follow(request, backend);
-    ShadingOptions shading = options_.shading;
-    shading.shading = request.shading;
-    shading.samples = request.samples;
-    traced.scene->render_pixels(request.view, shading, cancel_, traced.image);
+    morphray::View view = request.view;
+    view.hits = false;
+    view.cancel = &cancel_;
+    traced.scene->render(view, traced.image);
     return {.device = traced.scene->scene().device().description(),
             .width = traced.image.width,
             .height = traced.image.height,
@@ -182,7 +182,7 @@ void Engine::trace(const ImageRequest& request) {
     }
     has_traced_ = true;
     image->request = request;
-    image->scale = scale_text(request.shading, request.view, animation_);
+    image->scale = scale_text(request.view, animation_);
     {
         const std::scoped_lock lock(mutex_);
         image_ = std::move(image);
@@ -193,15 +193,16 @@ void Engine::trace(const ImageRequest& request) {
 void Engine::answer(const ProbeRequest& request) {
     PixelProbe probe{request, {}, {}};
     try {
-        ShadingOptions plain;
-        plain.shading = morphray::Shading::plain;
-        ViewSpec view = request.image.view;
-        view.rays = kRaysPrimary;
+        morphray::View view = request.image.view;
+        view.shading = morphray::Shading::plain;
+        view.rays = morphray::Rays::primary;
+        view.samples = 1;
         view.ao_count = 1;
+        view.cancel = &interrupt_flag();
         for (const BackendChoice backend : request.image.backends) {
             BackendScene& traced = follow(request.image, backend);
             morphray::Image image;
-            traced.scene->render(view, plain, image);
+            traced.scene->render(view, image);
             probe.devices.push_back(traced.scene->scene().device().description());
             probe.hits.push_back(
                 image.hits[std::size_t{request.pixel.y} * image.width + request.pixel.x]);

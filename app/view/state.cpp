@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "app/animation/animation_scene.h"
 #include "common/scene/view_axes.h"
-#include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {
@@ -27,16 +27,16 @@ Axes axes_of(const Camera& camera) {
 }
 
 bool has_ao(const ViewState& state) {
-    return state.shading == Shading::lit && state.view.ao_count > 0;
+    return state.view.shading == Shading::lit && state.view.ao_count > 0;
 }
 
 }  // namespace
 
-Camera::Camera(const ResolvedView& view, const Point& up, double fov_degrees)
-    : eye_(view.eye),
-      target_(view.target),
-      up_(up),
-      fov_(fov_degrees),
+Camera::Camera(const morphray::View& view)
+    : eye_(*view.eye),
+      target_(*view.target),
+      up_(view.up),
+      fov_(view.fov),
       first_distance_(distance()) {}
 
 double Camera::distance() const { return glm::length(to_dvec3(eye_) - to_dvec3(target_)); }
@@ -81,24 +81,31 @@ void Playback::step(int frames) {
     seek(std::round(frame_) + frames);
 }
 
+bool ImageRequest::operator==(const ImageRequest& other) const {
+    const auto tied = [](const ImageRequest& r) {
+        const morphray::View& v = r.view;
+        return std::tie(r.frame, v.eye, v.target, v.up, v.fov, v.light, v.width, v.height, v.rays,
+                        v.shading, v.samples, v.flat, v.ao_count, v.ao_distance, r.update,
+                        r.backends, r.box_depth);
+    };
+    return tied(*this) == tied(other);
+}
+
 ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame) {
-    require_view(options.image.view, animation);
-    const ResolvedView view =
-        resolve_view(world_view(options.image.view, animation), animation.bounds());
+    const morphray::View view = world_view(options.image.view, animation);
+    require_view(view, animation);
     ViewState state{.playback = Playback(animation.first_frame(), animation.last_frame(), frame),
-                    .camera = Camera(view, options.image.view.up, options.image.view.fov),
-                    .view = options.image.view};
+                    .camera = Camera(view),
+                    .view = view,
+                    .update = options.image.tree.update};
     state.playback.playing = options.plays;
-    state.view.light = view.light;
-    state.shading = options.image.shading.shading;
-    state.update = options.image.tree.update;
-    state.samples = options.image.shading.samples;
     state.backend = options.image.backend.choice;
     return state;
 }
 
 int last_step(const ViewState& state) {
-    const auto* const found = std::find(std::begin(kSamples), std::end(kSamples), state.samples);
+    const auto* const found =
+        std::find(std::begin(kSamples), std::end(kSamples), state.view.samples);
     return static_cast<int>(found - std::begin(kSamples)) + (has_ao(state) ? 1 : 0);
 }
 
@@ -109,11 +116,10 @@ ImageRequest request_of(const ViewState& state, int step) {
     request.view = state.view;
     request.view.eye = state.camera.eye();
     request.view.target = state.camera.target();
-    request.view.ao_count = state.shading != Shading::lit ? std::max(state.view.ao_count, 1u)
-                            : step == 0                   ? 0
-                                                          : state.view.ao_count;
-    request.shading = state.shading;
-    request.samples =
+    request.view.ao_count = state.view.shading != Shading::lit ? std::max(state.view.ao_count, 1u)
+                            : step == 0                        ? 0
+                                                               : state.view.ao_count;
+    request.view.samples =
         kSamples[std::min<std::size_t>(static_cast<std::size_t>(level), std::size(kSamples) - 1)];
     request.update = state.update;
     request.backends = {state.backend};
@@ -122,7 +128,7 @@ ImageRequest request_of(const ViewState& state, int step) {
     return request;
 }
 
-std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes) {
+std::vector<glm::vec4> box_lines(const morphray::View& view, std::span<const morphray::Box> boxes) {
     const glm::dvec3 eye = to_dvec3(*view.eye);
     const glm::dvec3 target = to_dvec3(*view.target);
     const double aspect = static_cast<double>(view.width) / view.height;

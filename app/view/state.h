@@ -19,7 +19,7 @@ namespace mray::app {
 class Camera {
 public:
     /// `view` has both eye and target, apart, and an `up` that is not parallel to the view.
-    Camera(const ResolvedView& view, const Point& up, double fov_degrees);
+    explicit Camera(const morphray::View& view);
 
     const Point& eye() const { return eye_; }
     const Point& target() const { return target_; }
@@ -70,32 +70,28 @@ private:
 
 struct ImageRequest {
     double frame = 0;
-    /// Eye, target and light are given.
-    ViewSpec view;
-    morphray::Shading shading = morphray::Shading::lit;
-    std::uint32_t samples = 1;
+    /// A world_view().
+    morphray::View view;
     PolicySpec update;
     /// Two backends are compared.
     std::vector<BackendChoice> backends;
     /// The depth of the boxes that are wanted from the first backend's tree; below 0 for none.
     int box_depth = -1;
 
-    bool operator==(const ImageRequest&) const = default;
+    bool operator==(const ImageRequest& other) const;
 
     /// Whether it takes so long that a newer request should end it.
     bool is_refined() const {
-        return samples > 1 || (shading == morphray::Shading::lit && view.ao_count > 0);
+        return view.samples > 1 || (view.shading == morphray::Shading::lit && view.ao_count > 0);
     }
 };
 
 struct ViewState {
     Playback playback;
     Camera camera;
-    /// The view of the options, without camera.
-    ViewSpec view;
-    morphray::Shading shading = morphray::Shading::lit;
+    /// The world_view() of the options, whose camera the one above replaces.
+    morphray::View view;
     PolicySpec update = {};
-    std::uint32_t samples = 16;
     BackendChoice backend = BackendChoice::kAuto;
     bool shows_difference = false;
     int box_depth = -1;
@@ -111,7 +107,7 @@ int last_step(const ViewState& state);
 ImageRequest request_of(const ViewState& state, int step);
 
 /// Both ends of each edge, in clip space of the camera of a view that gives eye and target.
-std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
+std::vector<glm::vec4> box_lines(const morphray::View& view, std::span<const morphray::Box> boxes);
 
 /// Opens a window until it is closed or its screenshot is written. Throws Error.
 void show_scene(const ViewOptions& options, const Messages& messages);

@@ -101,7 +101,7 @@ private:
         return !actions.quits;
     }
 
-    void take_size(ViewSpec& view) const {
+    void take_size(morphray::View& view) const {
         view.width = pixels_of(image_width(), window_.pixel_scale());
         view.height = pixels_of(window_.height(), window_.pixel_scale());
     }
@@ -121,7 +121,7 @@ private:
             if (!is_answered_ || !is_still || step_ >= last_step(state_)) return;
             ImageRequest better = request_of(state_, step_ + 1);
             const std::uint64_t pixels = std::uint64_t{better.view.width} * better.view.height;
-            if (better.samples > 1 && pixels * better.samples > kMostSamples) return;
+            if (better.view.samples > 1 && pixels * better.view.samples > kMostSamples) return;
             ++step_;
             posted_ = std::move(better);
         }

@@ -10,7 +10,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "scenes/scene_frames.h"
 
 namespace mray::bench {
 namespace {
@@ -163,8 +162,11 @@ BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
                       ? positions_at(scene, std::min(middle + 1, animation.last_frame()))
                       : nudged(scene.positions);
     scene.bvh = build_bvh(animation.topology(), scene.positions);
-    if (animation.inside_view()) {
-        scene.view = world_view(view, animation);
+    if (const std::optional<InsideView> inside = animation.inside_view()) {
+        scene.view = view;
+        scene.view.eye = inside->eye;
+        scene.view.target = inside->target;
+        scene.view.light = inside->light;
         scene.view.fov = kInsideFov;
     } else {
         scene.view = fill_view(view, animation.bounds(), scene.space, scene.bvh);

@@ -21,31 +21,10 @@
 #include "cpu/image/pixel_shader.h"
 #include "cpu/image/texture.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "library/src/engine.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray::detail {
-
-// ---- The view
-
-mray::ViewSpec to_spec(const View& view, const Point& origin) {
-    static_assert(static_cast<std::uint32_t>(Rays::ao) == mray::kRaysAo);
-    if (view.rays < Rays::primary || view.rays > Rays::ao)
-        throw_bad_argument("View::rays: not one of primary, shadow and ao");
-    const auto less_origin = [&](std::optional<Point> point) {
-        for (std::size_t axis = 0; point && axis < 3; ++axis) (*point)[axis] -= origin[axis];
-        return point;
-    };
-    return {.eye = less_origin(view.eye),
-            .target = less_origin(view.target),
-            .up = view.up,
-            .fov = view.fov,
-            .light = less_origin(view.light),
-            .width = view.width,
-            .height = view.height,
-            .rays = static_cast<std::uint32_t>(view.rays),
-            .ao_count = view.ao_count,
-            .ao_distance = view.ao_distance};
-}
 
 namespace {
 
@@ -78,7 +57,7 @@ mray::vec3 unit_vector(const Point& p) {
 
 /// An image of one sample a pixel in the colours of the backend.
 void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image& image) {
-    traced.params = mray::make_image_params(to_spec(view, scene.options().origin),
+    traced.params = mray::make_image_params(engine::to_spec(view, scene.options().origin),
                                             scene.pose().bounds(), scene.pose().space());
     traced.has_sky = false;
     traced.samples.with_pixels = true;
@@ -401,7 +380,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
     const std::uint32_t side = checked_side(view.samples);
-    mray::ViewSpec spec = to_spec(view, scene.options().origin);
+    mray::ViewSpec spec = engine::to_spec(view, scene.options().origin);
     // More than this is refused.
     constexpr std::uint32_t kMostPixels = 1u << 20;
     spec.width = std::min(view.width, kMostPixels) * side;

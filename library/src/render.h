@@ -7,7 +7,6 @@
 
 #include "common/image/frame.h"
 #include "common/interop/params.h"
-#include "common/scene/camera_setup.h"
 #include "morphray/images.hpp"
 
 namespace morphray::detail {
@@ -43,9 +42,6 @@ private:
     std::mutex mutex_;
     TracedImage spare_;
 };
-
-/// A view relative to the origin of a scene.
-mray::ViewSpec to_spec(const View& view, const Point& origin);
 
 /// Renders a view at the pose. Throws as Scene::render().
 void render(SceneImpl& scene, const View& view, Image& image);

@@ -197,11 +197,15 @@ Update SceneImpl::update_all(bool takes_bounds) {
     return run_update([&] {
         if (takes_bounds) pose_.forget_bounds();
         if (meshes_.has_changes()) return change_meshes();
-        std::vector<MeshVertices> vertices;
-        for (const MeshSlot& mesh : meshes_.slots())
-            if (mesh.used && mesh.deforms) vertices.push_back({&mesh, 0, mesh.positions.count});
-        follow(vertices);
+        follow(deforming_vertices());
     });
+}
+
+std::vector<MeshVertices> SceneImpl::deforming_vertices() const {
+    std::vector<MeshVertices> vertices;
+    for (const MeshSlot& mesh : meshes_.slots())
+        if (mesh.used && mesh.deforms) vertices.push_back({&mesh, 0, mesh.positions.count});
+    return vertices;
 }
 
 const MeshSlot& SceneImpl::mesh_to_update(std::uint32_t geom_id) const {
@@ -248,12 +252,17 @@ void SceneImpl::change_meshes() {
 }
 
 /// Reads these vertices again, and brings the tree to them.
-void SceneImpl::follow(std::span<const MeshVertices> vertices) {
+std::vector<mray::IndexRange> SceneImpl::read(std::span<const MeshVertices> vertices) {
     const mray::Stopwatch watch;
-    const std::vector<mray::IndexRange> changed = pose_.read(meshes_, vertices, arena());
+    std::vector<mray::IndexRange> changed = pose_.read(meshes_, vertices, arena());
     left_out_ = pose_.left_out(meshes_);
     read_ms_ = watch.ms();
     took_pose();
+    return changed;
+}
+
+void SceneImpl::follow(std::span<const MeshVertices> vertices) {
+    const std::vector<mray::IndexRange> changed = read(vertices);
     updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
     cost_.reset();
     updater_->update(pose_.positions(), changed);

@@ -33,6 +33,8 @@ public:
     /// The meshes of `other` at its pose, with a copy of its tree.
     SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel);
 
+    static SceneImpl& of(const Scene& scene) { return *scene.impl_; }
+
     // Changes. Each throws Error(busy) during another one. Updates bring positions, scene space and
     // tree to each other; the scene is broken by whatever they throw after their arguments were
     // checked.
@@ -42,6 +44,8 @@ public:
     Update update_all(bool takes_bounds);
     Update update_mesh(std::uint32_t geom_id, std::size_t first, std::size_t count);
     Update update_mesh(std::uint32_t geom_id, const Positions& positions);
+    /// Reads the positions of all deforming meshes, but leaves the tree as it is (engine.h).
+    void read_positions() { read(deforming_vertices()); }
 
     /// Throws what broke the scene, or mray::Error in a forked child of a device's process.
     void require_usable() const {
@@ -85,6 +89,8 @@ private:
     void start(const mray::Bvh* tree);
     void took_pose();
     void change_meshes();
+    std::vector<MeshVertices> deforming_vertices() const;
+    std::vector<mray::IndexRange> read(std::span<const MeshVertices> vertices);
     void follow(std::span<const MeshVertices> vertices);
 
     Device device_;

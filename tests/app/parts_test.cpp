@@ -6,12 +6,16 @@
 #include <cmath>
 #include <memory>
 
+#include <glm/vector_relational.hpp>
+
+#include "app/animation/animation_scene.h"
 #include "app/animation/frames.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/terminal/failure.h"
 #include "common/base/errors.h"
+#include "common/scene/camera_setup.h"
 #include "scenes/animation.h"
 #include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"
@@ -26,7 +30,7 @@ TEST(Compare, LastBitOfAHitIsFound) {
     const CrosscheckOptions options = test::options_of("scene.obj", 4);
     Json scene = empty_report(options)["scenes"][0];
     scene["frames"].push_back(0.0);
-    add_images(scene, options, {{"cpu"}, 0, kRaysAo, "brute"}, expected, doctored);
+    add_images(scene, options, {{"cpu"}, 0, morphray::Rays::ao, "brute"}, expected, doctored);
     const Json& row = scene["rows"][0];
     EXPECT_EQ(scene["equal"], false);
     EXPECT_EQ(row["equal"], false);
@@ -39,15 +43,15 @@ TEST(Compare, LastBitOfAHitIsFound) {
 
 TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     CrosscheckOptions options = test::options_of("my scene.obj", 4);
-    options.view.eye = Point{-1, 2, 3};
+    options.view.eye = morphray::Point{-1, 2, 3};
     const Frame expected = test::numbered_frame(4, 4);
     Frame doctored = expected;
     doctored.hits[7].t = 2;
     Json report = empty_report(options);
     Json& scene = report["scenes"][0];
     scene["frames"].push_back(3.0);
-    add_images(scene, options, {{"vulkan", "", "refit", "cpu"}, 6.5, kRaysAo, "brute"}, expected,
-               doctored);
+    add_images(scene, options, {{"vulkan", "", "refit", "cpu"}, 6.5, morphray::Rays::ao, "brute"},
+               expected, doctored);
     const std::string text = run_text(report);
     EXPECT_NE(text.find("frame 6.5, vulkan, refit on cpu, ao: 1 pixel"), std::string::npos) << text;
     EXPECT_NE(text.find("brute    t 0x1.8p+0 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
@@ -113,15 +117,49 @@ TEST(Failure, HasTheExitCodeOfItsKind) {
 }
 
 TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
-    ViewSpec view;
+    morphray::View view;
     view.width = view.height = 1000;
     view.ao_count = 9;
-    EXPECT_TRUE(brute_is_affordable(2000, view, kRaysPrimary));
-    EXPECT_FALSE(brute_is_affordable(2001, view, kRaysPrimary));
-    EXPECT_TRUE(brute_is_affordable(1000, view, kRaysShadow));
-    EXPECT_FALSE(brute_is_affordable(1001, view, kRaysShadow));
-    EXPECT_TRUE(brute_is_affordable(200, view, kRaysAo));
-    EXPECT_FALSE(brute_is_affordable(201, view, kRaysAo));
+    EXPECT_TRUE(brute_is_affordable(2000, view, morphray::Rays::primary));
+    EXPECT_FALSE(brute_is_affordable(2001, view, morphray::Rays::primary));
+    EXPECT_TRUE(brute_is_affordable(1000, view, morphray::Rays::shadow));
+    EXPECT_FALSE(brute_is_affordable(1001, view, morphray::Rays::shadow));
+    EXPECT_TRUE(brute_is_affordable(200, view, morphray::Rays::ao));
+    EXPECT_FALSE(brute_is_affordable(201, view, morphray::Rays::ao));
+}
+
+TEST(WorldView, IsInsideClosedScenesUnlessAViewIsGiven) {
+    const std::unique_ptr<Animation> animation = open_scene("builtin:hall:2000");
+    const WorldBounds bounds = animation->bounds();
+    const auto is_inside = [&](const morphray::Point& point) {
+        const glm::dvec3 p = to_dvec3(point);
+        return glm::all(glm::greaterThan(p, bounds.lower)) &&
+               glm::all(glm::lessThan(p, bounds.upper));
+    };
+    const morphray::View view = world_view({}, *animation);
+    EXPECT_TRUE(is_inside(*view.eye) && is_inside(*view.target) && is_inside(*view.light));
+    const morphray::Point eye = {1, 200, 3};
+    const morphray::View given = world_view({.eye = eye}, *animation);
+    EXPECT_EQ(given.eye, eye);
+    EXPECT_NE(given.target, view.target);
+    EXPECT_EQ(given.light, view.light);
+}
+
+TEST(WorldView, FramesTheFirstFrameOfFilesFromTheirOrigin) {
+    test::TemporaryFolder folder;
+    folder.write("a_0.obj", "v 1e6 0 0\nv 1000001 0 0\nv 1e6 1 0\nf 1 2 3\n");
+    folder.write("a_1.obj", "v 1000005 0 0\nv 1000006 0 0\nv 1000005 9 0\nf 1 2 3\n");
+    const std::unique_ptr<Animation> animation = open_scene(folder.path());
+    const glm::dvec3 origin = animation->origin().at;
+    const vec3 first[] = {vec3(dvec3(1e6, 0, 0) - origin), vec3(dvec3(1000001, 0, 0) - origin),
+                          vec3(dvec3(1e6, 1, 0) - origin)};
+    const ViewSpec framed = frame_object({}, first);
+    const morphray::View view = world_view({}, *animation);
+    EXPECT_EQ(view.eye, framed.eye);
+    EXPECT_EQ(view.target, framed.target);
+    EXPECT_EQ(view.light, framed.light);
+    const morphray::View given = world_view({.target = morphray::Point{1e6 + 1, 2, 3}}, *animation);
+    EXPECT_EQ(given.target, to_point(dvec3(1e6 + 1, 2, 3) - origin));
 }
 
 TEST(FrameLabel, SortsLikeItsNumber) {

@@ -14,8 +14,8 @@
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "scenes/procedural/procedural.h"
-#include "scenes/scene_frames.h"
 #include "tests/support/backend_results.h"
+#include "tests/support/scene_frames.h"
 
 namespace mray::test {
 namespace {

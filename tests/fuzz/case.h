@@ -14,7 +14,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
-#include "scenes/scene_frames.h"
+#include "tests/support/scene_frames.h"
 
 namespace mray::fuzz {
 

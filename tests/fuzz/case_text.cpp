@@ -33,8 +33,8 @@ std::string triple(const Vector& v) {
 }
 
 std::string view_text(const ViewSpec& view) {
-    std::string text =
-        fmt::format("size {} {}\nrays {}\n", view.width, view.height, app::name_of_rays(view.rays));
+    std::string text = fmt::format("size {} {}\nrays {}\n", view.width, view.height,
+                                   app::name_of_rays(static_cast<morphray::Rays>(view.rays)));
     text += fmt::format("ao {} {}\nfov {}\nup {}\n", view.ao_count, number(view.ao_distance),
                         number(view.fov), triple(view.up));
     if (view.eye) text += fmt::format("eye {}\n", triple(*view.eye));
@@ -95,7 +95,7 @@ public:
     std::uint32_t ray_kind() {
         const std::string text = word();
         for (const std::uint32_t kind : {kRaysPrimary, kRaysShadow, kRaysAo})
-            if (text == app::name_of_rays(kind)) return kind;
+            if (text == app::name_of_rays(static_cast<morphray::Rays>(kind))) return kind;
         fail(fmt::format("'{}' is neither primary nor shadow nor ao", text));
     }
 

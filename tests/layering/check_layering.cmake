@@ -24,7 +24,7 @@ set(may_see_lab common/interop)
 set(may_see_lab/accuracy lab common/report scenes cpu gpu common common/interop)
 set(may_see_lab/bench lab library/include common/report scenes cpu gpu shaders common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
-set(may_see_app library/include common/report scenes cpu gpu common common/interop)
+set(may_see_app library/include library/src common/report scenes common common/interop)
 set(may_see_tests library/include library/src common/report scenes cpu gpu common common/interop)
 # Further rooms of a folder of tests.
 set(tests_of_app app)
@@ -45,10 +45,10 @@ set(app_animation_sees base terminal files backends)
 set(app_report_sees base files)
 set(app_view_sees base terminal files backends animation)
 set(app_commands_sees ${app_rooms})
-# Trees and tracers are for these files of the program; other ones may include these headers, which
-# hold plain data.
-set(engine "^(cpu/|gpu/|common/(backend|scene_queries)\\.h$|common/(bvh|update)/)")
-set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|info))")
+# Trees and tracers are for these folders of the program, which reach them by one header of the library.
+# Other ones may include these headers, which hold plain data.
+set(engine "^(library/src/|common/(backend|scene_queries)\\.h$|common/(bvh|update)/)")
+set(engine_users "^app/(animation|commands)/")
 set(engine_data "^common/(bvh/builder/bvh_builder|update/policy)\\.h$")
 
 # The order of the folders of scenes/ and common/: one may include those before it.
@@ -171,7 +171,10 @@ foreach(file IN LISTS files)
         endif()
         if(from MATCHES "^app" AND path MATCHES "${engine}" AND NOT file MATCHES "${engine_users}"
                 AND NOT path MATCHES "${engine_data}")
-            violation(${file} ${include} "only app/backends and some commands may see the engine")
+            violation(${file} ${include} "only commands and the animation may see the engine")
+        endif()
+        if(from STREQUAL app AND to STREQUAL library/src AND NOT path STREQUAL library/src/engine.h)
+            violation(${file} ${include} "the program sees library/src/engine.h alone")
         endif()
 
         folder_of(${path} to_folder)

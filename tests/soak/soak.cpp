@@ -28,8 +28,8 @@
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
 #include "scenes/animation.h"
-#include "scenes/scene_frames.h"
 #include "tests/support/backend_results.h"
+#include "tests/support/scene_frames.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif

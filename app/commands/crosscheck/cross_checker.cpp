@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/terminal/failure.h"
 #include "common/simd/simd_target.h"
-#include "cpu/cpu_backend.h"
 
 namespace mray::app {
 namespace {
@@ -25,79 +23,74 @@ std::vector<std::string> simd_to_check(const std::string& simd) {
     return names;
 }
 
-bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays) {
+bool brute_is_affordable(std::uint64_t triangles, const morphray::View& view, morphray::Rays rays) {
     const double pixels = static_cast<double>(view.width) * view.height;
-    const double rays_per_pixel = 1.0 + rays_per_hit(rays, view.ao_count);
+    const double rays_per_pixel =
+        1.0 + rays_per_hit(static_cast<std::uint32_t>(rays), view.ao_count);
     return static_cast<double>(triangles) * pixels * rays_per_pixel <= kAffordableTests;
 }
 
-CheckedBackends make_checked_backends(const BackendOptions& options, const Messages& messages) {
-    BackendOptions plain = options;
-    plain.simd = std::string(kSimdOff);
-    const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
-    CheckedBackends backends;
-    if (options.choice != BackendChoice::kCpu)
-        backends.vulkan = {make(BackendChoice::kVulkan), make(BackendChoice::kVulkan), {}};
-    backends.cpu = {make(BackendChoice::kCpu), make(BackendChoice::kCpu), {}};
-    backends.brute = make(BackendChoice::kBrute);
-    return backends;
+CheckedDevices open_checked_devices(const BackendOptions& options, const Messages& messages) {
+    const auto open = [&](BackendChoice choice, const std::string& simd) {
+        BackendOptions one = options;
+        one.choice = choice;
+        one.simd = simd;
+        return open_device(one, messages);
+    };
+    const std::string off(kSimdOff);
+    std::optional<morphray::Device> vulkan;
+    if (options.choice != BackendChoice::kCpu) vulkan = open(BackendChoice::kVulkan, off);
+    CheckedDevices devices = {
+        vulkan, open(BackendChoice::kCpu, off), open(BackendChoice::kBrute, off), {}};
+    if (options.choice != BackendChoice::kVulkan)
+        for (const std::string& simd : simd_to_check(options.simd))
+            devices.simd.emplace_back(simd, open(BackendChoice::kCpu, simd));
+    return devices;
 }
 
-CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
-                           CheckedBackends& backends, Json& report)
+CrossChecker::CrossChecker(const CrosscheckOptions& options, const Animation& animation,
+                           const CheckedDevices& devices, Json& report, const Messages& messages)
     : options_(options),
-      scene_(scene),
-      backends_(backends),
+      topology_(animation.topology()),
+      devices_(devices),
       report_(report),
-      rays_({kRaysPrimary, kRaysShadow, kRaysAo}),
-      simd_(simd_to_check(options.backend.simd)) {
+      view_(world_view(options.view, animation)),
+      rays_({morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}),
+      scene_(devices.cpu, {.view = {}, .tree = {.update = {PolicyKind::kRefit}}}, animation,
+             report["frames"].front(), messages),
+      cpu_given_(engine::copy_on(devices.cpu, scene_.scene())),
+      brute_(engine::copy_on(devices.brute, scene_.scene())) {
     if (options.rays) rays_ = {*options.rays};
-    const Topology& topology = scene.animation().topology();
-    const std::span<const vec3> positions = scene.positions(report["frames"].front());
-    const Bvh built = build_bvh(topology, positions, build_config(options.backend));
-    const auto set_scene = [&](BackendPair& pair) {
-        pair.refits->set_scene(topology, positions, built);
-        pair.given->set_scene(topology, positions, built);
-        pair.tree = built;
-    };
-    set_scene(backends_.cpu);
-    if (backends_.vulkan) {
-        set_scene(*backends_.vulkan);
-        report["device"] = backends_.vulkan->refits->info().description;
-    }
-    backends_.brute->set_scene(topology, positions, built);
+    if (!devices.vulkan) return;
+    vulkan_refits_ = engine::copy_on(*devices.vulkan, scene_.scene());
+    vulkan_given_ = engine::copy_on(*devices.vulkan, scene_.scene());
+    report["device"] = devices.vulkan->description();
 }
 
 bool CrossChecker::checks_cpu() const { return options_.backend.choice != BackendChoice::kVulkan; }
 
-bool CrossChecker::uses_brute(std::uint32_t rays) const {
+bool CrossChecker::uses_brute(morphray::Rays rays) const {
     if (options_.reference != Reference::kAuto) return options_.reference == Reference::kBrute;
-    return brute_is_affordable(scene_.animation().topology().triangles.size(), options_.view, rays);
+    return brute_is_affordable(topology_.triangles.size(), options_.view, rays);
 }
 
-ImageParams CrossChecker::params_for(std::uint32_t rays) const {
-    ImageParams params = scene_.image_params(options_.view);
-    params.rays = rays;
-    return params;
+ImageParams CrossChecker::params_for(morphray::Rays rays) const {
+    morphray::View view = view_;
+    view.rays = rays;
+    return engine::image_params(scene_.scene(), view);
 }
 
-void CrossChecker::refit(BackendPair& pair, std::span<const vec3> positions) {
-    pair.refits->refit(positions);
-    pair.refits->read_tree(pair.tree);
-}
-
-void CrossChecker::trace_reference(std::span<const vec3> positions, const Bvh& rebuilt) {
-    backends_.brute->set_frame(positions, rebuilt);
-    backends_.cpu.given->set_frame(positions, rebuilt);
+void CrossChecker::trace_reference() {
+    brute_->set_frame(positions(), rebuilt_);
+    cpu_given_->set_frame(positions(), rebuilt_);
     expected_.resize(rays_.size());
     for (std::size_t i = 0; i < rays_.size(); ++i) {
         const bool is_brute = uses_brute(rays_[i]);
-        Backend& reference = is_brute ? *backends_.brute : *backends_.cpu.given;
         expected_[i].rays = rays_[i];
         expected_[i].reference = is_brute ? "brute" : "cpu";
         progress_->begin(fmt::format("frame {}, reference {}, {}", frame_, expected_[i].reference,
                                      name_of_rays(rays_[i])));
-        reference.trace_image(params_for(rays_[i]), expected_[i].frame);
+        (is_brute ? brute_ : cpu_given_)->trace_image(params_for(rays_[i]), expected_[i].frame);
     }
 }
 
@@ -105,15 +98,14 @@ bool CrossChecker::queries_use_brute() const {
     if (options_.reference != Reference::kAuto) return options_.reference == Reference::kBrute;
     // Two kinds of hit lists, windings and closest triangles.
     constexpr double kTests = 4;
-    const auto triangles = static_cast<double>(scene_.animation().topology().triangles.size());
+    const auto triangles = static_cast<double>(topology_.triangles.size());
     return kTests * options_.query_count * triangles <= kAffordableTests;
 }
 
-void CrossChecker::query_reference(std::span<const vec3> positions) {
+void CrossChecker::query_reference() {
     if (options_.query_count == 0) return;
-    batch_ = pseudo_random_batch(scene_.animation().topology(), positions, options_.query_count);
-    Backend& reference = queries_use_brute() ? *backends_.brute : *backends_.cpu.given;
-    expected_answers_ = answers_of(reference, batch_);
+    batch_ = pseudo_random_batch(topology_, positions(), options_.query_count);
+    expected_answers_ = answers_of(queries_use_brute() ? *brute_ : *cpu_given_, batch_);
 }
 
 void CrossChecker::compare(Backend& backend, const std::string& simd, const std::string& refit_on) {
@@ -141,50 +133,44 @@ void CrossChecker::compare(Backend& backend, const std::string& simd, const std:
                 compare_answers(expected_answers_, answers_of(backend, batch_)));
 }
 
-void CrossChecker::check_vulkan(std::span<const vec3> positions, const Bvh& rebuilt) {
-    BackendPair& pair = *backends_.vulkan;
-    refit(pair, positions);
-    add_trees(report_, frame_, bvh_hash(backends_.cpu.tree), bvh_hash(pair.tree));
-    compare(*pair.refits, "", "vulkan");
-    pair.given->set_frame(positions, backends_.cpu.tree);
-    compare(*pair.given, "", "cpu");
-    pair.given->set_frame(positions, rebuilt);
-    compare(*pair.given, "", "");
+void CrossChecker::check_vulkan() {
+    vulkan_refits_->refit(positions());
+    vulkan_refits_->read_tree(vulkan_tree_);
+    add_trees(report_, frame_, bvh_hash(cpu_tree_), bvh_hash(vulkan_tree_));
+    compare(*vulkan_refits_, "", "vulkan");
+    vulkan_given_->set_frame(positions(), cpu_tree_);
+    compare(*vulkan_given_, "", "cpu");
+    vulkan_given_->set_frame(positions(), rebuilt_);
+    compare(*vulkan_given_, "", "");
 }
 
-void CrossChecker::check_cpu(std::span<const vec3> positions, const Bvh& rebuilt) {
-    compare(*backends_.cpu.refits, "", "cpu");
-    if (backends_.vulkan) {
-        backends_.cpu.given->set_frame(positions, backends_.vulkan->tree);
-        compare(*backends_.cpu.given, "", "vulkan");
+void CrossChecker::check_cpu() {
+    compare(engine::backend(scene_.scene()), "", "cpu");
+    if (devices_.vulkan) {
+        cpu_given_->set_frame(positions(), vulkan_tree_);
+        compare(*cpu_given_, "", "vulkan");
     }
-    backends_.cpu.given->set_frame(positions, rebuilt);
-    compare(*backends_.cpu.given, "", "");
-    for (const std::string& simd : simd_) check_simd(simd, positions, rebuilt);
-}
-
-void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> positions,
-                              const Bvh& rebuilt) {
-    const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
-    backend->watch_images(Watch(&interrupt_flag()));
-    backend->set_scene(scene_.animation().topology(), positions, backends_.cpu.tree);
-    compare(*backend, simd, "cpu");
-    backend->set_frame(positions, rebuilt);
-    compare(*backend, simd, "");
+    cpu_given_->set_frame(positions(), rebuilt_);
+    compare(*cpu_given_, "", "");
+    for (const auto& [simd, device] : devices_.simd) {
+        const std::unique_ptr<Backend> backend = engine::copy_on(device, scene_.scene());
+        compare(*backend, simd, "cpu");
+        backend->set_frame(positions(), rebuilt_);
+        compare(*backend, simd, "");
+    }
 }
 
 void CrossChecker::check(double frame, Progress& progress) {
     frame_ = frame;
     progress_ = &progress;
-    const std::span<const vec3> positions = scene_.positions(frame);
     progress.begin(fmt::format("frame {}, tree", frame));
-    refit(backends_.cpu, positions);
-    const Bvh rebuilt =
-        build_bvh(scene_.animation().topology(), positions, build_config(options_.backend));
-    trace_reference(positions, rebuilt);
-    query_reference(positions);
-    if (backends_.vulkan) check_vulkan(positions, rebuilt);
-    if (checks_cpu()) check_cpu(positions, rebuilt);
+    scene_.advance(frame);
+    engine::backend(scene_.scene()).read_tree(cpu_tree_);
+    rebuilt_ = build_bvh(topology_, positions(), build_config(options_.backend));
+    trace_reference();
+    query_reference();
+    if (devices_.vulkan) check_vulkan();
+    if (checks_cpu()) check_cpu();
 }
 
 }  // namespace mray::app

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "app/animation/animation_scene.h"
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/terminal/failure.h"
@@ -17,14 +18,15 @@
 #include "common/report/spread.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
-#include "common/update/tree_updater.h"
+#include "library/src/engine.h"
 
 namespace mray::app {
 namespace {
 
 struct Played {
     double frame = 0;
-    TreeUpdate update = {};
+    morphray::Update update = {};
+    UpdateTimes times = {};
     double trace_ms = 0;
     std::uint64_t hits_hash = 0;
 };
@@ -48,7 +50,7 @@ struct PolicyRun {
 };
 
 double trace_of(const Played& frame) { return frame.trace_ms; }
-double cost_of(const Played& frame) { return frame.update.times.total_ms() + frame.trace_ms; }
+double cost_of(const Played& frame) { return frame.times.total_ms() + frame.trace_ms; }
 
 std::vector<double> costs_of(const std::vector<Played>& frames) {
     std::vector<double> costs;
@@ -70,7 +72,7 @@ void compare(std::span<PolicyRun> runs) {
             // The step and its reason are those of the last round.
             std::ranges::sort(played, {}, cost_of);
             const Played& middle = played[(played.size() - 1) / 2];
-            run.frames[f].update.times = middle.update.times;
+            run.frames[f].times = middle.times;
             run.frames[f].trace_ms = middle.trace_ms;
         }
         run.total_ms = total_of(run.frames);
@@ -82,34 +84,37 @@ void compare(std::span<PolicyRun> runs) {
 
 /// Plays the animation under one policy. Calls `on_frame` before each frame.
 std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy,
-                         SceneFrames& scene, const std::vector<double>& frames, Backend& backend,
+                         const Animation& animation, const std::vector<double>& frames,
+                         const morphray::Device& device, const Messages& messages,
                          const std::function<void()>& on_frame) {
-    const double build_at = options.tree.build_at.value_or(frames.front());
-    TreeUpdater updater(scene.animation().topology(), scene.positions(build_at), backend, policy,
-                        build_config(options.backend), {.record_cost_ratio = true});
-    // The first trace of a scene is slower than all others.
-    Frame image;
-    backend.trace_image(scene.image_params(options.view), image);
+    morphray::View view = world_view(options.view, animation);
+    view.cancel = &interrupt_flag();
+    const TreeOptions tree = {policy, true, options.tree.build_at};
+    AnimationScene scene(device, {.view = {}, .tree = tree}, animation, frames.front(), messages);
+    // The first trace of a scene is slower than all others. The policy does not see this one.
+    Frame first;
+    morphray::engine::backend(scene.scene())
+        .trace_image(morphray::engine::image_params(scene.scene(), view), first);
+    morphray::Image image;
     std::vector<Played> played;
     for (const double number : frames) {
-        const std::span<const vec3> positions = scene.positions(number);
-        const bool is_built = played.empty() && number == build_at;
-        if (!is_built) updater.update(positions);
+        scene.advance(number);
         on_frame();
-        backend.trace_image(scene.image_params(options.view), image);
-        const BackendTimes& times = backend.finish();
-        Played& frame = played.emplace_back(
-            Played{.frame = number, .trace_ms = times.trace_ms, .hits_hash = hits_hash(image)});
-        updater.frame_done({.ms = times.trace_ms, .rays = times.rays});
-        frame.update = updater.last();
-        if (is_built) frame.update.times = {};
+        scene.render(view, image);
+        const bool is_built = scene.update().step == morphray::Step::build;
+        played.push_back({.frame = number,
+                          .update = scene.update(),
+                          .times = is_built ? UpdateTimes() : scene.times().update,
+                          .trace_ms = image.trace_ms,
+                          .hits_hash = image.hits_hash});
     }
     return played;
 }
 
 Json policy_json(const PolicyRun& run) {
     const auto is_build = [](const Played& frame) {
-        return frame.update.step == TreeStep::kRebuilt || frame.update.step == TreeStep::kSwapped;
+        return frame.update.step == morphray::Step::rebuild ||
+               frame.update.step == morphray::Step::swap;
     };
     Json hashes = Json::array();
     for (const Played& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
@@ -142,17 +147,17 @@ Table frames_table(const std::vector<PolicyRun>& runs) {
     for (const PolicyRun& run : runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
             const Played& f = run.frames[i];
-            const UpdateTimes& times = f.update.times;
+            const UpdateTimes& times = f.times;
             const Spread trace = run.of_rounds(i, trace_of);
             const Spread cost = run.of_rounds(i, cost_of);
-            table.add({run.policy, run.backend, fmt::format("{}", f.frame), name_of(f.update.step),
-                       fixed_ms(times.upload_ms), fixed_ms(times.refit_ms),
-                       fixed_ms(times.decide_ms), fixed_ms(times.restructure_ms),
-                       fixed_ms(times.rebuild_ms), fixed_ms(f.trace_ms),
-                       fmt::format("{:.4f}", f.update.cost_ratio), hash_text(f.hits_hash),
-                       f.update.reason, fixed_ms(trace.median), fixed_ms(trace.lower),
-                       fixed_ms(trace.upper), fixed_ms(cost.median), fixed_ms(cost.lower),
-                       fixed_ms(cost.upper)});
+            table.add({run.policy, run.backend, fmt::format("{}", f.frame),
+                       to_string(f.update.step), fixed_ms(times.upload_ms),
+                       fixed_ms(times.refit_ms), fixed_ms(times.decide_ms),
+                       fixed_ms(times.restructure_ms), fixed_ms(times.rebuild_ms),
+                       fixed_ms(f.trace_ms), fmt::format("{:.4f}", f.update.cost_ratio),
+                       hash_text(f.hits_hash), f.update.reason, fixed_ms(trace.median),
+                       fixed_ms(trace.lower), fixed_ms(trace.upper), fixed_ms(cost.median),
+                       fixed_ms(cost.lower), fixed_ms(cost.upper)});
         }
     }
     return table;
@@ -242,21 +247,19 @@ void require_plotter(const std::string& file) {
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
     check_reports({options.json, options.csv, options.plot});
     if (!options.plot.empty()) require_plotter(options.plot);
-    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
-    const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
-                                                     scene.animation(), DefaultFrames::kAll);
+    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
+    const std::vector<double> frames =
+        select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kAll);
     std::vector<PolicyRun> runs;
-    const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
+    const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
     {
         const std::size_t rounds = static_cast<std::size_t>(*options.repeat);
         Progress progress("measuring",
-                          frames.size() * rounds * options.policies.size() * choices.size(),
+                          frames.size() * rounds * options.policies.size() * devices.size(),
                           messages);
         std::uint64_t done = 0;
-        for (const BackendChoice choice : choices) {
-            const std::unique_ptr<Backend> backend =
-                make_backend(choice, options.backend, messages);
-            const std::string name = backend->info().name;
+        for (const morphray::Device& device : devices) {
+            const std::string& name = device.name();
             const auto begin_frame = [&] {
                 throw_if_interrupted();
                 progress.update(done++);
@@ -268,13 +271,13 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
             // One animation after the other: a background build slows down its own policy alone.
             for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
                 const std::size_t p = i % options.policies.size();
-                runs[first + p].rounds.push_back(
-                    play(options, options.policies[p], scene, frames, *backend, begin_frame));
+                runs[first + p].rounds.push_back(play(options, options.policies[p], *animation,
+                                                      frames, device, messages, begin_frame));
             }
             compare(std::span(runs).subspan(first));
         }
     }
-    Json report = profile_head(options, scene.animation());
+    Json report = profile_head(options, *animation);
     report["policies"] = Json::array();
     for (const PolicyRun& run : runs) report["policies"].push_back(policy_json(run));
     return write_reports(

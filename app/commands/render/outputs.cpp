@@ -25,32 +25,31 @@ std::string image_name(const RenderOptions& options, double frame, const FrameDi
 
 /// Renders the image again on any backend, unless it shows a restructured tree by colours.
 std::string render_command(const ImageOptions& options, double frame) {
-    const ShadingOptions& shading = options.shading;
+    const morphray::View& view = options.view;
     std::vector<std::string> line = {"morphray", "render", options.source.scene, "--frames",
                                      fmt::format("{}", frame)};
     const auto add = [&line](const char* name, const std::string& value) {
         line.insert(line.end(), {name, value});
     };
-    const bool is_plain = shading.shading == morphray::Shading::plain;
-    const bool is_lit = shading.shading == morphray::Shading::lit;
-    const std::uint32_t rays = is_plain ? options.view.rays : kRaysPrimary;
-    for (const auto& part :
-         {arguments_of(options.view, rays, is_lit), arguments_of(options.source)})
+    const bool is_plain = view.shading == morphray::Shading::plain;
+    const bool is_lit = view.shading == morphray::Shading::lit;
+    const morphray::Rays rays = is_plain ? view.rays : morphray::Rays::primary;
+    for (const auto& part : {arguments_of(view, rays, is_lit), arguments_of(options.source)})
         line.insert(line.end(), part.begin(), part.end());
     if (is_plain)
         add("--rays", name_of_rays(rays));
     else
-        add("--shading", name_in<morphray::Shading>(kShadings, shading.shading));
-    if (shows_tree(shading.shading)) {
+        add("--shading", name_in<morphray::Shading>(kShadings, view.shading));
+    if (shows_tree(view.shading)) {
         const TreeOptions& tree = options.tree;
         // A tree that is built at each frame is the same wherever the first one was built.
         if (tree.build_at && tree.update.kind != PolicyKind::kRebuild)
             add("--build-at", fmt::format("{}", *tree.build_at));
         add("--update", text_of(tree.update));
     }
-    add("--samples", fmt::format("{}", shading.samples));
-    if (shading.flat) line.push_back("--flat");
-    if (shading.ground) add("--ground", name_in<bool>(kOnOff, *shading.ground));
+    add("--samples", fmt::format("{}", view.samples));
+    if (view.flat) line.push_back("--flat");
+    if (options.ground) add("--ground", name_in<bool>(kOnOff, *options.ground));
     return shell_line(line);
 }
 
@@ -117,7 +116,7 @@ std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vect
 
 std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
                                   const FrameTask& task) {
-    if (options.image.shading.exr.empty()) return {};
+    if (options.image.exr.empty()) return {};
     return (folder / task.file).replace_extension(".exr");
 }
 

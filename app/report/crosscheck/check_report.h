@@ -28,7 +28,7 @@ struct CheckVariant {
 struct CheckedImage {
     CheckVariant variant;
     double frame = 0;
-    std::uint32_t rays = kRaysPrimary;
+    morphray::Rays rays = morphray::Rays::primary;
     std::string reference = {};
     double trace_ms = 0;
 };

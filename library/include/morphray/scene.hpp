@@ -353,6 +353,7 @@ public:
     EdgeCounts edge_counts() const;
 
 private:
+    friend class detail::SceneImpl;
     explicit Scene(std::unique_ptr<detail::SceneImpl> impl);
     std::unique_ptr<detail::SceneImpl> impl_;
 };

@@ -50,7 +50,8 @@ inline app::Json planted_run(int frames, int first_wrong, std::uint32_t side,
         const double number = frame;
         scene["frames"].push_back(number);
         for (const char* backend : {"vulkan", "cpu"}) {
-            for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+            for (const auto rays :
+                 {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
                 const bool differs = *backend == 'v' && frame >= first_wrong;
                 app::add_images(scene, options,
                                 {{backend, "", "refit", "cpu"}, number, rays, "brute"}, expected,

@@ -85,7 +85,7 @@ TEST(QueryCheck, ReportsNameTheAnswersThatDiffer) {
     EXPECT_EQ(scene["equal"], true);
     app::CrosscheckOptions options = options_of("scene.obj", 8);
     options.query_count = 100;
-    app::CheckedImage image{{"cpu"}, 0, kRaysPrimary, "brute"};
+    app::CheckedImage image{{"cpu"}, 0, morphray::Rays::primary, "brute"};
     app::add_answers(scene, options, image, {});
     image.variant.backend = "vulkan";
     app::add_answers(scene, options, image, {3, 1, 0});

@@ -31,7 +31,7 @@ protected:
         return actions.clicked;
     }
 
-    const Camera first_{{.eye = {0, 0, 4}, .target = {0, 0, 0}, .light = {0, 5, 0}}, {0, 1, 0}, 45};
+    const Camera first_{{.eye = morphray::Point{0, 0, 4}, .target = morphray::Point{0, 0, 0}}};
     ViewState state_{.playback = Playback(0, 1, 0), .camera = first_, .view = {}};
 };
 

@@ -62,13 +62,9 @@ TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
         engine.post(request);
         const std::unique_ptr<TracedImage> image = wait_for(engine, request);
         ASSERT_EQ(image->panes.size(), 1u) << image->error;
-        ImageOptions options = options_;
-        AnimationScene scene(options, *animation_, frame, messages_);
-        ShadingOptions shading;
-        shading.shading = request.shading;
-        shading.samples = request.samples;
+        AnimationScene scene(morphray::Device::cpu(), options_, *animation_, frame, messages_);
         morphray::Image expected;
-        scene.render(request.view, shading, expected);
+        scene.render(request.view, expected);
         EXPECT_EQ(image->panes[0].pixels, expected.pixels);
         EXPECT_EQ(image->panes[0].rays, expected.ray_count);
     }
@@ -111,7 +107,7 @@ TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
 TEST_F(EngineTest, EndsWhileItTraces) {
     state_.view.width = 400;
     state_.view.height = 300;
-    state_.samples = 16;
+    state_.view.samples = 16;
     for (int i = 0; i < 8; ++i) {
         Engine engine(options_, *animation_, messages_, signal());
         const ImageRequest first = request_of(state_, 0);
@@ -161,10 +157,10 @@ TEST_F(FileEngineTest, TheGroundHidesNothingFromBelowAndInOtherColours) {
     Engine engine(options_, *animation_, messages_, signal());
     const auto pixels_of = [&](morphray::Shading shading, std::optional<bool> ground) {
         ImageRequest request = request_of(state_, 0);
-        request.shading = shading;
+        request.view.shading = shading;
         request.view.ao_count = 1;
         ImageOptions options = options_;
-        options.shading.ground = ground;
+        options.ground = ground;
         Engine other(options, *animation_, messages_, signal());
         (ground ? other : engine).post(request);
         return wait_for(ground ? other : engine, request)->panes.at(0).pixels;

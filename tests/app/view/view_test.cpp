@@ -15,15 +15,15 @@
 namespace mray::app {
 namespace {
 
-constexpr ResolvedView kFront = {.eye = {0, 0, 4}, .target = {0, 0, 0}, .light = {0, 5, 0}};
-
-Camera front_camera() { return Camera(kFront, {0, 1, 0}, 45); }
+Camera front_camera() {
+    return Camera({.eye = morphray::Point{0, 0, 4}, .target = morphray::Point{0, 0, 0}});
+}
 
 TEST(Camera, OrbitKeepsTheDistanceAndTheTarget) {
     Camera camera = front_camera();
     for (int i = 0; i < 100; ++i) camera.orbit(0.37, i % 2 == 0 ? 0.4 : -0.3);
     EXPECT_NEAR(camera.distance(), 4, 1e-9);
-    EXPECT_EQ(camera.target(), (Point{0, 0, 0}));
+    EXPECT_EQ(camera.target(), (morphray::Point{0, 0, 0}));
 }
 
 TEST(Camera, OrbitGoesAroundAndBack) {
@@ -107,14 +107,14 @@ TEST(ViewState, RefinesFromOneSampleWithoutAmbientOcclusion) {
     const std::uint32_t samples[] = {1, 1, 4, 16};
     for (int step = 0; step <= 3; ++step) {
         const ImageRequest request = request_of(state, step);
-        EXPECT_EQ(request.samples, samples[step]);
+        EXPECT_EQ(request.view.samples, samples[step]);
         EXPECT_EQ(request.view.ao_count, step == 0 ? 0u : 8u);
         EXPECT_EQ(request.is_refined(), step > 0);
     }
     state.view.ao_count = 0;
     EXPECT_EQ(last_step(state), 2);
-    EXPECT_EQ(request_of(state, 2).samples, 16u);
-    state.shading = morphray::Shading::prim;
+    EXPECT_EQ(request_of(state, 2).view.samples, 16u);
+    state.view.shading = morphray::Shading::prim;
     EXPECT_EQ(last_step(state), 2);
     EXPECT_FALSE(request_of(state, 0).is_refined());
     EXPECT_GE(request_of(state, 0).view.ao_count, 1u);
@@ -167,9 +167,9 @@ TEST(PixelText, SaysWhatEachBackendHits) {
 }
 
 TEST(BoxLines, AreTheEdgesOfWhatIsBeforeTheEye) {
-    ViewSpec view;
-    view.eye = Point{0, 0, 4};
-    view.target = Point{0, 0, 0};
+    morphray::View view;
+    view.eye = morphray::Point{0, 0, 4};
+    view.target = morphray::Point{0, 0, 0};
     view.fov = 90;
     view.width = 200;
     view.height = 100;

@@ -1,0 +1,68 @@
+#include "library/src/engine.h"
+
+#include "library/src/scene_impl.h"
+#ifdef MORPHRAY_HAS_VULKAN
+#include "gpu/vulkan_backend.h"
+#endif
+
+namespace morphray::engine {
+
+using detail::SceneImpl;
+
+mray::Backend& backend(const Scene& scene) {
+    const SceneImpl& impl = SceneImpl::of(scene);
+    impl.tracer().watch_images(mray::Watch(impl.options().cancel));
+    return impl.tracer();
+}
+
+std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene) {
+    const SceneImpl& impl = SceneImpl::of(scene);
+    std::unique_ptr<mray::Backend> copy = detail::DeviceImpl::of(device).make_backend();
+    copy->watch_images(mray::Watch(impl.options().cancel));
+    copy->set_scene(impl.meshes().topology(), impl.pose().positions(), impl.tracer().host_tree());
+    return copy;
+}
+
+void read_positions(const Scene& scene) { SceneImpl::of(scene).read_positions(); }
+
+std::span<const mray::vec3> positions(const Scene& scene) {
+    return SceneImpl::of(scene).pose().positions();
+}
+
+const mray::SceneSpace& space(const Scene& scene) { return SceneImpl::of(scene).pose().space(); }
+
+mray::ViewSpec to_spec(const View& view, const Point& origin) {
+    static_assert(static_cast<std::uint32_t>(Rays::ao) == mray::kRaysAo);
+    if (view.rays < Rays::primary || view.rays > Rays::ao)
+        detail::throw_bad_argument("View::rays: not one of primary, shadow and ao");
+    const auto less_origin = [&](std::optional<Point> point) {
+        for (std::size_t axis = 0; point && axis < 3; ++axis) (*point)[axis] -= origin[axis];
+        return point;
+    };
+    return {.eye = less_origin(view.eye),
+            .target = less_origin(view.target),
+            .up = view.up,
+            .fov = view.fov,
+            .light = less_origin(view.light),
+            .width = view.width,
+            .height = view.height,
+            .rays = static_cast<std::uint32_t>(view.rays),
+            .ao_count = view.ao_count,
+            .ao_distance = view.ao_distance};
+}
+
+mray::ImageParams image_params(const Scene& scene, const View& view) {
+    const SceneImpl& impl = SceneImpl::of(scene);
+    return mray::make_image_params(to_spec(view, impl.options().origin), impl.pose().bounds(),
+                                   impl.pose().space());
+}
+
+std::uint32_t device_index([[maybe_unused]] const std::string& device) {
+#ifdef MORPHRAY_HAS_VULKAN
+    return mray::gpu::find_device(device).index;
+#else
+    throw mray::Error(mray::ErrorKind::kUnavailable, "Vulkan: this library is built without it");
+#endif
+}
+
+}  // namespace morphray::engine

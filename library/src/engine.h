@@ -1,0 +1,35 @@
+// What is behind a Scene, for the program's commands that compare and measure backends. Everything
+// here has scene space.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "common/backend.h"
+#include "common/scene/camera_setup.h"
+#include "morphray/images.hpp"
+#include "morphray/scene.hpp"
+
+namespace morphray::engine {
+
+/// The backend of the scene. SceneOptions::cancel ends its images, too.
+mray::Backend& backend(const Scene& scene);
+/// A backend on another device with the meshes, the positions and the tree of the scene, whose
+/// meshes must outlive it. Throws mray::Error.
+std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene);
+
+/// Reads the positions of all deforming meshes, but leaves the tree as it is.
+void read_positions(const Scene& scene);
+/// The positions that were read last, and their space.
+std::span<const mray::vec3> positions(const Scene& scene);
+const mray::SceneSpace& space(const Scene& scene);
+
+/// A view relative to the origin.
+mray::ViewSpec to_spec(const View& view, const Point& origin);
+/// The parameters of an image of the positions that were read last.
+mray::ImageParams image_params(const Scene& scene, const View& view);
+
+/// The index among vulkan_devices() of the device that VulkanOptions::device names.
+std::uint32_t device_index(const std::string& device);
+
+}  // namespace morphray::engine
