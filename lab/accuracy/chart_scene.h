@@ -1,32 +1,23 @@
-// The scene of a chart: one frame with its trees and rays.
+// The scenes of charts: one frame with its trees and rays.
 #pragma once
 
 #include <cstdint>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "common/bvh/bvh.h"
-#include "common/interop/params.h"
-#include "common/interop/ray.h"
-#include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
-#include "common/scene/scene_space.h"
+#include "lab/methods/tracers.h"
 
-namespace mray::accuracy {
-
-/// Camera rays are traced in tiles of this many pixels a side.
-inline constexpr std::uint32_t kChartTileSide = 64;
-inline constexpr std::size_t kChartTile = std::size_t{kChartTileSide} * kChartTileSide;
+namespace mray::lab {
 
 /// What a method traces: in scene space for the program's rule, in world space for others.
 struct ChartSpace {
     std::vector<vec3> positions;
     Bvh bvh;
-    /// Rays of the camera, tile by tile.
-    std::vector<Ray> camera_rays;
+    RaySet camera;
     /// Rays at vertices, points of edges and of faces, from outside and inside the scene.
-    std::vector<Ray> aimed_rays;
+    RaySet aimed;
 };
 
 /// One frame of a scene, in world space.
@@ -36,33 +27,22 @@ struct ChartInput {
     std::vector<vec3> positions;
 };
 
+/// Both spaces have the same rays, in the same order.
 struct ChartScene {
-    std::string name;
     Topology topology;
-    ImageParams params;
     ChartSpace scene_space;
     ChartSpace world_space;
 };
 
-/// Numbers of a fixed sequence.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : bits_(seed) {}
-
-    std::size_t below(std::size_t count) { return bits_() % count; }
-    double real(double lower, double upper) {
-        return lower + (upper - lower) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-    }
-
-private:
-    std::mt19937_64 bits_;
-};
-
-/// Makes the scene of a frame: side x side pixels (a multiple of kChartTileSide) from the default
-/// view with kChartFov, and `aimed` aimed rays. Throws what the builder and the camera throw.
-ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed);
-
 /// Field of view in degrees, narrow enough for most pixels to show the scene.
 inline constexpr double kChartFov = 20;
 
-}  // namespace mray::accuracy
+/// Makes the scene of a frame: side x side pixels (a multiple of kTileSize) from the default view
+/// with kChartFov, and `aimed` aimed rays. Throws what the builder and the camera throw.
+ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed);
+
+/// Small scenes on which intersection rules fail: a sphere, far from 0, tiny and huge; needles; a
+/// fan of thin triangles; duplicate and coplanar triangles; details of 1 in an extent of 1e6.
+std::vector<ChartInput> failure_scenes();
+
+}  // namespace mray::lab

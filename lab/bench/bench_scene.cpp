@@ -11,7 +11,7 @@
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 // Fine enough that the smallest window still has a thousand pixels to judge by.
@@ -175,4 +175,18 @@ BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
     return scene;
 }
 
-}  // namespace mray::bench
+SceneRays::SceneRays(const BenchScene& scene)
+    : scene_(scene),
+      primary_(make_primary_rays(scene.params)),
+      hits_(trace_all(reference_tracer(scene.bvh, primary_), primary_).hits) {}
+
+RaySet SceneRays::rays(RayKind kind) const {
+    // As many rays in all as an image has pixels, so that each kind takes about as long.
+    constexpr std::uint32_t kAoSamples = 4;
+    if (kind == RayKind::kPrimary) return primary_;
+    if (kind == RayKind::kOneRay) return make_row_rays(scene_.params);
+    return make_secondary_rays(primary_, hits_, scene_.mesh(), kind, kAoSamples,
+                               primary_.rays.size());
+}
+
+}  // namespace mray::lab

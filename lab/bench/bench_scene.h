@@ -1,4 +1,4 @@
-// A scene with everything that the works need.
+// A scene and its rays: everything that the works need.
 #pragma once
 
 #include <memory>
@@ -9,9 +9,10 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 #include "cpu/image/pixel_shader.h"
+#include "lab/methods/tracers.h"
 #include "scenes/animation.h"
 
-namespace mray::bench {
+namespace mray::lab {
 
 /// The frame in the middle of an animation, in scene space, with a tree, and the frame after it to
 /// refit to. For a single frame that is the same one with every coordinate one float nearer to 0.
@@ -46,4 +47,18 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
 /// In a closed scene from inside. `view` gives the size. Throws what open_scene throws.
 BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
 
-}  // namespace mray::bench
+/// The rays of a scene, which outlives it.
+class SceneRays {
+public:
+    explicit SceneRays(const BenchScene& scene);
+
+    const RaySet& primary() const { return primary_; }
+    RaySet rays(RayKind kind) const;
+
+private:
+    const BenchScene& scene_;
+    RaySet primary_;
+    AlignedVector<Hit> hits_;
+};
+
+}  // namespace mray::lab

@@ -1,3 +1,5 @@
+#include "lab/bench/cgal_tree.h"
+
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
@@ -12,9 +14,8 @@
 #include <vector>
 
 #include "common/bvh/box.h"
-#include "lab/bench/query_work.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 using Kernel = CGAL::Simple_cartesian<double>;
@@ -72,4 +73,4 @@ CgalPeer make_cgal_peer(const BenchScene& scene) {
             }};
 }
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "common/report/shell.h"
-#include "lab/bench/trace_work.h"
+#include "lab/methods/tracers.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 const std::vector<std::string> kTraced = {"primary", "shadow", "diffuse", "ao", "one-ray"};
@@ -71,4 +71,4 @@ int bench_main(BenchProgram program, int argc, const char* const* argv,
     }
 }
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -7,7 +7,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/simd/simd_target.h"
 
-namespace mray::bench {
+namespace mray::lab {
 
 struct BenchOptions {
     std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
@@ -34,4 +34,4 @@ enum class BenchProgram { kRun, kBuilds };
 int bench_main(BenchProgram program, int argc, const char* const* argv,
                int (*run)(const BenchOptions& options));
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -9,7 +9,7 @@
 
 #include "common/bvh/builder/binary_tree.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 /// Turns the builder's binary tree, whose leaves are single triangles, into a peer's.
@@ -119,4 +119,4 @@ void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> posit
     }
 }
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -2,15 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/mesh.h"
-#include "lab/bench/trace_work.h"
 
-namespace mray::bench {
+namespace mray::lab {
 
 /// Inner nodes: children `first` (lower on `axis`) and first + 1. Leaves (count > 0): triangles.
 struct PeerNode {
@@ -43,15 +41,7 @@ struct PeerTreeConfig {
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
                          const PeerTreeConfig& config);
 
-/// The tree of the method of 2007: binned SAH, a box test at the cost of a triangle's.
-inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
-    return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
-}
-
-/// The method of 2007, for primary or shadow rays, with packets made before, as Embree's are.
-Tracer paper_tracer(const PeerTree& tree, const TraceWork& work);
-
 /// Fits leaves in the calling thread's arena, then inner nodes one by one. Finite positions.
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions);
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -5,42 +5,37 @@
 
 #include "common/base/thread_arena.h"
 #include "lab/bench/bench_scene.h"
-#include "lab/bench/embree/embree_peer.h"
-#include "lab/bench/report.h"
-#include "lab/bench/trace_work.h"
+#include "lab/methods/embree.h"
+#include "lab/methods/report.h"
+#include "lab/methods/tracers.h"
 
-namespace mray::bench {
+namespace mray::lab {
 
 /// The same number of threads for both sides.
 struct Rig {
     /// One for each instruction set of Embree.
     std::span<const EmbreeDevice> devices;
-    int threads;
+    ThreadArena& arena;
     int repeat;
     Report& report;
 };
 
-template <class Work>
-double timed_in(ThreadArena& arena, const Work& work) {
-    return timed([&] { arena.execute(work); });
-}
-
 /// By every suitable tracer, against each group of Embree's ways: the fastest of a trial.
-void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
-                 const TraceWork& work);
+void bench_trace(const Rig& rig, const BenchScene& scene, std::span<const EmbreeVariant> embree,
+                 const RaySet& set);
 
 /// Against Embree's refit and a copy of the tree's bytes. `primary` is traced through both trees.
-void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+void bench_refit(const Rig& rig, const BenchScene& scene, const RaySet& primary);
 
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.
-void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+void bench_build(const Rig& rig, const BenchScene& scene, const RaySet& primary);
 
 /// Plays every second frame, 12 at most, and traces and shades an image with shadows: by the policy
 /// Auto, by Embree's 16-wide packets, refitted or built again, and by the 2007 method, refitted.
-void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+void bench_frame(const Rig& rig, const BenchScene& scene, const RaySet& primary);
 
 /// Asks by the public interface for closest points, against Embree's point queries and CGAL's
 /// AABB_tree, and for counts of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig, const BenchScene& scene);
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -7,7 +7,7 @@ cmake_minimum_required(VERSION 3.25)
 # A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
 # room X may include, besides its own.
 set(rooms common/interop common/report common cpu gpu shaders library/include library/src library/embree
-    library/python library/examples scenes lab/accuracy lab/bench lab/proofs lab app tests)
+    library/python library/examples scenes lab/methods lab/accuracy lab/bench lab/proofs app tests)
 set(may_see_common/interop)
 set(may_see_common common/interop)
 set(may_see_common/report common common/interop)
@@ -20,9 +20,9 @@ set(may_see_library/embree library/include)
 set(may_see_library/python library/include)
 set(may_see_library/examples library/include)
 set(may_see_scenes common/report common common/interop)
-set(may_see_lab common/interop)
-set(may_see_lab/accuracy lab common/report scenes cpu gpu common common/interop)
-set(may_see_lab/bench lab library/include common/report scenes cpu gpu shaders common common/interop)
+set(may_see_lab/methods common/report cpu common common/interop)
+set(may_see_lab/accuracy lab/methods common/report scenes cpu gpu common common/interop)
+set(may_see_lab/bench lab/methods library/include common/report scenes cpu gpu shaders common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
 set(may_see_app library/include library/src common/report scenes common common/interop)
 set(may_see_tests library/include library/src common/report scenes cpu gpu common common/interop)
@@ -30,7 +30,7 @@ set(may_see_tests library/include library/src common/report scenes cpu gpu commo
 set(tests_of_app app)
 set(tests_of_fuzz app)
 set(tests_of_gpu shaders)
-set(tests_of_lab lab/accuracy lab/bench)
+set(tests_of_lab lab/accuracy lab/bench lab/methods)
 set(tests_of_library library/python)
 set(tests_of_shaders shaders)
 
@@ -65,8 +65,7 @@ set(places
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_writer\\.cpp$)"
     "^benchmark/"               "^lab/bench/"
-    "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"
-    "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
+    "^embree[0-9]+/"            "^(lab/methods/embree\\.h$|library/embree/|tests/library/embree/)"
     "^CGAL/"                    "^lab/bench/cgal_tree\\.cpp$"
     "^pybind11/"                "^library/python/module/"
     "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/(exact_closest|triangle_distance)|lab/accuracy/|scenes/polygons/triangulate\\.cpp$)"

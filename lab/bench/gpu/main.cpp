@@ -18,14 +18,14 @@
 #include "lab/bench/gpu/peer_interface.h"
 #include "lab/bench/options.h"
 #include "lab/bench/peer_tree.h"
-#include "lab/bench/report.h"
-#include "lab/bench/trace_work.h"
+#include "lab/methods/report.h"
+#include "lab/methods/tracers.h"
 #include "shaders/kernel_interface.h"
 
 // Generated from peer.comp; it uses std::uint32_t without including it.
 #include "lab/bench/gpu/peer_spirv.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
@@ -167,10 +167,10 @@ public:
 
 private:
     std::vector<Ray> diffuse_rays() const {
-        const TraceWork work = SceneRays(scene_).work(WorkKind::kDiffuse);
+        const RaySet set = SceneRays(scene_).rays(RayKind::kDiffuse);
         std::vector<Ray> rays;
-        for (std::size_t i = 0; i < work.rays.size(); ++i)
-            if (work.active[i] != 0) rays.push_back(work.rays[i]);
+        for (std::size_t i = 0; i < set.rays.size(); ++i)
+            if (set.active[i] != 0) rays.push_back(set.rays[i]);
         return rays;
     }
 
@@ -180,13 +180,6 @@ private:
             {"vulkan", {}, [&](std::size_t) { return ours(); }},
             {"bvh2", {}, [&](std::size_t) { return peer_.trace(mode); }, "", differences}};
         report_.compare({work, Unit::kMrayPerSecond, rays}, methods, 1, repeat_);
-    }
-
-    static std::uint64_t count_mismatches(std::span<const Hit> ours, std::span<const Hit> theirs) {
-        std::uint64_t count = 0;
-        for (std::size_t i = 0; i < theirs.size(); ++i)
-            count += ours[i].prim_id != theirs[i].prim_id;
-        return count;
     }
 
     void trace(const char* work, std::uint32_t rays, std::uint32_t mode) {
@@ -208,7 +201,8 @@ private:
             is_primary ? pixels_of(params)
                        : count_hits(checked) * rays_per_hit(rays, params.ao_count);
         compare(work, ray_count, ours, mode, [&] {
-            return is_primary ? count_mismatches(checked.hits, peer_.hits(checked.hits.size())) : 0;
+            return is_primary ? count_other_triangles(checked.hits, peer_.hits(checked.hits.size()))
+                              : 0;
         });
     }
 
@@ -219,7 +213,7 @@ private:
             return ours_->finish().trace_ms;
         };
         compare("diffuse", hits.size(), ours, kPeerRays,
-                [&] { return count_mismatches(hits, peer_.hits(hits.size())); });
+                [&] { return count_other_triangles(hits, peer_.hits(hits.size())); });
     }
 
     const BenchScene& scene_;
@@ -246,9 +240,9 @@ int run(const BenchOptions& options) {
 }
 
 }  // namespace
-}  // namespace mray::bench
+}  // namespace mray::lab
 
 int main(int argc, char** argv) {
-    using namespace mray::bench;
+    using namespace mray::lab;
     return bench_main(BenchProgram::kRun, argc, argv, run);
 }

@@ -9,9 +9,9 @@
 #include "common/base/thread_arena.h"
 #include "common/version.h"
 #include "lab/bench/bench_scene.h"
-#include "lab/bench/trace_work.h"
+#include "lab/methods/tracers.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 // As short as the parts of ./lab/bench/run.
@@ -22,9 +22,9 @@ struct OpenScene {
         : scene(open_bench_scene(spec, ViewSpec())),
           rays(arena.execute([&] { return SceneRays(scene); })) {}
 
-    TraceWork work(const std::string& work) const {
-        for (const WorkKind kind : kAllWorks)
-            if (work == name_of(kind)) return rays.work(kind);
+    RaySet rays_of(const std::string& work) const {
+        for (const RayKind kind : kAllKinds)
+            if (work == name_of(kind)) return rays.rays(kind);
         throw Error(ErrorKind::kBadArgument, "{}: no such work", work);
     }
 
@@ -33,44 +33,44 @@ struct OpenScene {
     SceneRays rays;
 };
 
-/// The bytes of all answers to the rays of a work; 0 for those that it does not have.
-std::vector<unsigned char> bytes_of(const TraceWork& work, const TraceAnswers& traced,
+/// The bytes of all answers to the rays of a set; 0 where it has no rays.
+std::vector<unsigned char> bytes_of(const RaySet& set, const TraceAnswers& traced,
                                     std::size_t size) {
-    std::vector<unsigned char> bytes(size * work.rays.size());
-    for (std::size_t i = 0; i < work.rays.size(); ++i) {
-        if (work.active[i] == 0) continue;
+    std::vector<unsigned char> bytes(size * set.rays.size());
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        if (set.active[i] == 0) continue;
         const void* const answer =
-            work.any_hit() ? static_cast<const void*>(&traced.occluded[i]) : &traced.hits[i];
+            set.any_hit() ? static_cast<const void*>(&traced.occluded[i]) : &traced.hits[i];
         std::memcpy(&bytes[i * size], answer, size);
     }
     return bytes;
 }
 
-BuiltWork open(const std::string& spec, const std::string& work_name,
-               const std::string& tracer_name, const std::string& simd) {
+BuiltTracer open(const std::string& spec, const std::string& work, const std::string& tracer_name,
+                 const std::string& simd) {
     // The scene that was opened last, since works of one scene are opened one after the other.
     static std::shared_ptr<OpenScene> scene;
     if (scene == nullptr || scene->scene.name != spec) scene = std::make_shared<OpenScene>(spec);
-    const auto work = std::make_shared<const TraceWork>(scene->work(work_name));
-    for (const Tracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd), *work)) {
+    const auto set = std::make_shared<const RaySet>(scene->rays_of(work));
+    for (const Tracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd), *set)) {
         if (tracer.name != tracer_name) continue;
-        const std::vector<WorkPart> parts = work->parts(kParts);
-        const std::size_t size = work->any_hit() ? 1 : sizeof(Hit);
-        return {work->active_count, parts.size(), size,
-                [opened = scene, work, tracer, parts](std::size_t part) {
+        const std::vector<TileRange> parts = set->ranges(kParts);
+        const std::size_t size = set->any_hit() ? 1 : sizeof(Hit);
+        return {set->active_count, parts.size(), size,
+                [opened = scene, set, tracer, parts](std::size_t part) {
                     opened->arena.execute([&] { tracer.trace(parts[part]); });
                 },
-                [work, tracer, size] { return bytes_of(*work, tracer.answers(), size); }};
+                [set, tracer, size] { return bytes_of(*set, tracer.answers(), size); }};
     }
     return {};
 }
 
 }  // namespace
-}  // namespace mray::bench
+}  // namespace mray::lab
 
-extern "C" __attribute__((visibility("default"))) const mray::bench::BuildFunctions*
+extern "C" __attribute__((visibility("default"))) const mray::lab::BuildFunctions*
 morphray_build_functions() {
-    using namespace mray::bench;
+    using namespace mray::lab;
     static constexpr BuildFunctions kFunctions = {kBuildInterface, mray::kVersionDetail.data(),
                                                   open};
     return &kFunctions;

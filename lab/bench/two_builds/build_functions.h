@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-namespace mray::bench {
+namespace mray::lab {
 
 /// Changes with this file: objects with different numbers cannot be compared.
 inline constexpr int kBuildInterface = 3;
 
-struct BuiltWork {
+struct BuiltTracer {
     std::size_t rays = 0;
     std::size_t parts = 0;
     /// The size of the answer of a ray: 16 bytes for a hit, 1 for what is occluded.
@@ -28,11 +28,11 @@ struct BuildFunctions {
     const char* version;
     /// Opens a scene in the view of ./lab/bench/run. work: primary, shadow, diffuse, ao or one-ray;
     /// tracer: packet, stream or single. Throws what open_scene() does.
-    BuiltWork (*open)(const std::string& scene, const std::string& work, const std::string& tracer,
-                      const std::string& simd);
+    BuiltTracer (*open)(const std::string& scene, const std::string& work,
+                        const std::string& tracer, const std::string& simd);
 };
 
 /// The one symbol of the object, a function that returns its BuildFunctions.
 inline constexpr const char* kBuildSymbol = "morphray_build_functions";
 
-}  // namespace mray::bench
+}  // namespace mray::lab

@@ -10,10 +10,10 @@
 
 #include "common/base/errors.h"
 #include "lab/bench/options.h"
-#include "lab/bench/report.h"
 #include "lab/bench/two_builds/build_functions.h"
+#include "lab/methods/report.h"
 
-namespace mray::bench {
+namespace mray::lab {
 namespace {
 
 /// It stays loaded, because TBB's threads may run its code to the end of the process.
@@ -31,7 +31,7 @@ const BuildFunctions& load_build(const std::string& file) {
 }
 
 /// How many answers differ in a bit. Works with different rays differ in all.
-std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
+std::uint64_t count_differences(const BuiltTracer& a, const BuiltTracer& b) {
     const std::vector<unsigned char> x = a.answers();
     const std::vector<unsigned char> y = b.answers();
     const std::size_t size = a.answer_size;
@@ -45,10 +45,10 @@ std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
 std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
                       const std::string& scene, const std::string& work, const std::string& tracer,
                       const std::string& simd, int repeat, Report& report) {
-    const BuiltWork a = ours.open(scene, work, tracer, simd);
-    const BuiltWork b = theirs.open(scene, work, tracer, simd);
+    const BuiltTracer a = ours.open(scene, work, tracer, simd);
+    const BuiltTracer b = theirs.open(scene, work, tracer, simd);
     if (!a.trace_part || !b.trace_part) return 0;
-    const auto run = [](const BuiltWork& built) {
+    const auto run = [](const BuiltTracer& built) {
         return [&built](std::size_t part) { return timed([&] { built.trace_part(part); }); };
     };
     const Method methods[] = {{tracer, {}, run(a)},
@@ -79,9 +79,9 @@ int run(const BenchOptions& options) {
 }
 
 }  // namespace
-}  // namespace mray::bench
+}  // namespace mray::lab
 
 int main(int argc, char** argv) {
-    using namespace mray::bench;
+    using namespace mray::lab;
     return bench_main(BenchProgram::kBuilds, argc, argv, run);
 }

@@ -1,0 +1,128 @@
+// Embree 3 or 4, whichever the build found (MORPHRAY_EMBREE): devices, scenes that are built or
+// refitted, and ways to trace and query them.
+#pragma once
+
+#if MORPHRAY_EMBREE == 3
+#include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "common/image/frame.h"
+#include "common/scene/mesh.h"
+#include "cpu/image/pixel_shader.h"
+#include "lab/methods/closest_point.h"
+#include "lab/methods/tracers.h"
+
+namespace mray::lab {
+
+inline constexpr bool kEmbreeHasStreams = MORPHRAY_EMBREE == 3;
+
+struct EmbreeRelease {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+    void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+template <class Handle>
+using EmbreeOwned = std::unique_ptr<std::remove_pointer_t<Handle>, EmbreeRelease>;
+
+/// All that exist at a time have the same number of threads.
+struct EmbreeDevice {
+    /// `widest_isa` may be "avx2" or "avx512"; "" for all instruction sets that Embree finds. 0
+    /// threads: as many as the machine has.
+    EmbreeDevice(int threads, const std::string& widest_isa);
+
+    EmbreeOwned<RTCDevice> handle;
+    /// The instruction set, or "all".
+    std::string isa;
+};
+
+/// One for each instruction set worth a try: what is fastest differs by the machine and the rays.
+std::vector<EmbreeDevice> embree_devices(int threads);
+
+/// Triangles and the tree over them. The device and the topology outlive it.
+class EmbreeScene {
+public:
+    /// LOW is the Morton build, MEDIUM binned SAH, HIGH with spatial splits.
+    EmbreeScene(const EmbreeDevice& device, const Topology& topology,
+                std::span<const vec3> positions, RTCBuildQuality quality, bool robust = false);
+
+    /// The tree is around these positions after the next commit().
+    void set_positions(std::span<const vec3> positions);
+    /// Builds the tree, or refits it if there is one and the quality is REFIT.
+    void commit();
+
+    RTCScene handle() const { return scene_.get(); }
+    RTCGeometry geometry() const { return geometry_.get(); }
+    const Topology& topology() const { return *topology_; }
+    const vec3* vertices() const { return vertices_.data(); }
+
+private:
+    const EmbreeDevice* device_;
+    const Topology* topology_;
+    std::vector<vec3> vertices_;
+    EmbreeOwned<RTCGeometry> geometry_;
+    EmbreeOwned<RTCScene> scene_;
+};
+
+struct EmbreeVariant {
+    EmbreeScene scene;
+    bool robust;
+    /// "MEDIUM, avx2"
+    std::string name;
+};
+
+/// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust: eight builds.
+std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices,
+                                           const Topology& topology,
+                                           std::span<const vec3> positions);
+
+/// Ways to trace rays over each scene; both outlive the peers. Primary and shadow rays count as
+/// coherent, diffuse rays and ambient occlusion as incoherent. Records are made within the time, in
+/// the cache, from what our tracers read too.
+std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set);
+
+/// Finds the closest hits by Intersect1.
+Tracer embree_tracer(const EmbreeScene& scene, const RaySet& set);
+
+/// Traces camera and shadow rays by Intersect16 and Occluded16, as coherent ones, 4 x 4 pixels at a
+/// time; `shader` shades each square of pixels while it is in the cache, in the thread's arena. The
+/// image's sides are multiples of 32.
+void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
+                 const cpu::PixelShader& shader, Frame& frame);
+
+/// Over a MEDIUM tree: with spatial splits, filters see a triangle several times. Device and
+/// topology outlive it. Calls belong in an arena of the device's number of threads.
+class EmbreeQueries {
+public:
+    /// `most_rays` is the most that count() is called with.
+    EmbreeQueries(const EmbreeDevice& device, const Topology& topology,
+                  std::span<const vec3> positions, bool robust, std::size_t most_rays);
+
+    /// "robust MEDIUM avx512"
+    const std::string& name() const { return name_; }
+    /// The same for all that differ in the device alone.
+    const char* group() const { return group_; }
+
+    /// By rtcPointQuery, whose callback uses Ericson's method and narrows the query.
+    void find_closest(std::span<const vec3> points, std::span<NearestPoint> nearest) const;
+    /// By Intersect1, whose filter counts and rejects all hits. `coherent`: the flag of this name.
+    void count(std::span<const Ray> rays, bool coherent);
+    std::span<const std::uint64_t> counts() const { return counts_; }
+
+private:
+    std::string name_;
+    const char* group_;
+    EmbreeScene scene_;
+    std::vector<std::uint64_t> counts_;
+};
+
+}  // namespace mray::lab

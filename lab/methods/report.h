@@ -1,0 +1,91 @@
+// Times ways to do the same work in turn, and reports each method of morphray beside a peer.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/frame_times.h"
+#include "common/report/machine.h"
+#include "common/report/table.h"
+
+namespace mray::lab {
+
+/// One way to do a work, which may be cut into parts.
+struct Method {
+    std::string name;
+    /// Called before each round and not timed; may be empty.
+    std::function<void()> prepare;
+    /// Does a part and returns the milliseconds that it took.
+    std::function<double(std::size_t part)> run;
+    /// Of the methods of a group the fastest makes a row.
+    std::string group = {};
+    /// Counts the answers of the last run that differ from those of our method; may be empty.
+    std::function<std::uint64_t()> differences = {};
+};
+
+template <class Work>
+double timed(const Work& work) {
+    const Stopwatch watch;
+    work();
+    return watch.ms();
+}
+
+/// Statistics of the runs of a method, in milliseconds for all parts of the work.
+struct Times {
+    /// The sum over the parts of the median of the rounds.
+    double median_ms = 0;
+    /// The sum over the parts of the least of the rounds: what is left where nothing disturbs.
+    double least_ms = 0;
+};
+
+/// Runs each method once to warm up, then `repeat` rounds of all in turn, so that a disturbance
+/// affects all. Each does all parts one after the other, for warm caches. Each comes first in turn.
+std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat);
+
+/// The `count` quickest of each group, by index; groups are in the order of their first methods.
+std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
+                                           std::span<const Times> times, std::size_t count);
+
+/// kNs is the time of one triangle or query.
+enum class Unit { kMrayPerSecond, kNs, kMs };
+
+struct Row {
+    /// primary, shadow, diffuse, ao, one-ray, refit, build or frame, or the name of a query.
+    std::string work;
+    Unit unit = Unit::kMs;
+    /// The number of rays, triangles or queries of a run; unused for kMs.
+    std::uint64_t count = 0;
+    std::string tracer = {};
+    std::string peer = {};
+    Times ours = {};
+    Times theirs = {};
+    std::uint64_t differences = 0;
+};
+
+/// Prints rows, and writes each at once as comma-separated values (RFC 4180 with \n).
+class Report {
+public:
+    /// `head` comes first. Without a name there is no file. Throws Error if it cannot be written.
+    Report(std::string head, std::string file);
+
+    /// The following rows are about this scene, on so many threads.
+    void begin(const std::string& scene, int threads);
+    void add(const Row& row);
+    /// Times methods in turn, the first of which is ours, and adds a row of it beside the fastest
+    /// of each other group. Returns how many answers of these differ.
+    std::uint64_t compare(Row row, std::span<const Method> methods, std::size_t parts, int repeat);
+
+private:
+    std::string head_;
+    std::string file_;
+    std::string scene_;
+    std::string work_;
+    int threads_ = 0;
+    Table table_;
+};
+
+}  // namespace mray::lab

@@ -1,0 +1,249 @@
+#include "lab/methods/tracers.h"
+
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "common/interop/camera.h"
+#include "common/interop/surface.h"
+#include "cpu/image/tile_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+
+namespace mray::lab {
+namespace {
+
+Ray inactive_ray(vec3 org) { return {org, 0, {0, 0, 1}, -1}; }
+
+void add_secondary_rays(RaySet& set, const cpu::ShadedMesh& mesh, std::uint32_t x, std::uint32_t y,
+                        const Ray& ray, const Hit& hit) {
+    const ImageParams& params = set.params;
+    const bool missed = hit.prim_id == kNoPrim;
+    if (set.kind == RayKind::kShadow) {
+        const Surface surface = missed ? Surface{} : mesh.surface(ray, hit);
+        const bool traced = !missed && faces_light(surface, params.light);
+        set.rays.push_back(traced ? shadow_ray(surface, params.light) : inactive_ray(params.light));
+        return;
+    }
+    if (missed) return;
+    const Surface surface = mesh.surface(ray, hit);
+    if (set.kind == RayKind::kDiffuse) {
+        // The directions of neighbours have nothing to do with each other.
+        const std::uint32_t number = mix_bits(x + mix_bits(y));
+        const vec3 dir = canonical_direction(ao_direction(surface, sphere_point(number)));
+        set.rays.push_back({off_surface(surface, surface.size), 0, dir, kInfiniteT});
+        return;
+    }
+    for (std::uint32_t sample = 0; sample < params.ao_count; ++sample)
+        set.rays.push_back(ao_ray(surface, x, y, sample, params.ao_tfar));
+}
+
+/// For tracers with intersect(rays, hits) and occluded(rays, occluded), a few rays or a tile's by
+/// one call.
+template <class Made>
+Tracer batch_by_batch(std::string name, RaysAtOnce at_once, const Made& tracer, const RaySet& set) {
+    const std::size_t most =
+        at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
+    const auto answers = std::make_shared<TraceAnswers>(set);
+    const auto trace = [tracer, most, answers, &set](const TileRange& range) {
+        for_each_tile(set, range, [&](const TileRays& tile) {
+            for_each_active_run(set, tile, most, [&](std::size_t begin, std::size_t count) {
+                const auto rays = std::span(set.rays).subspan(begin, count);
+                if (set.any_hit()) {
+                    tracer.occluded(rays, std::span(answers->occluded).subspan(begin, count));
+                } else {
+                    tracer.intersect(rays, std::span(answers->hits).subspan(begin, count));
+                }
+            });
+        });
+    };
+    return {.name = std::move(name), .at_once = at_once, .trace = trace, .answers = [answers] {
+                return *answers;
+            }};
+}
+
+struct ClosestHits {
+    IntersectRays intersect;
+
+    void occluded(std::span<const Ray>, std::span<std::uint8_t>) const { assert(false); }
+};
+
+}  // namespace
+
+const char* name_of(RayKind kind) {
+    constexpr std::array kNames = {"primary", "shadow", "diffuse", "ao", "one-ray"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::vector<TileRange> RaySet::ranges(std::size_t count) const {
+    count = std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, tiles.size()));
+    std::vector<TileRange> ranges;
+    for (std::size_t i = 0; i < count; ++i)
+        ranges.push_back({i * tiles.size() / count, (i + 1) * tiles.size() / count});
+    return ranges;
+}
+
+void RaySet::close_tile(const cpu::Tile& tile) {
+    while (rays.size() % kPacketSize != 0) rays.push_back(inactive_ray({0, 0, 0}));
+    const std::size_t begin = active.size();
+    active.resize(rays.size());
+    for (std::size_t i = begin; i < rays.size(); ++i) {
+        active[i] = rays[i].tfar >= rays[i].tnear;
+        active_count += active[i];
+    }
+    tiles.push_back({tile, begin, rays.size()});
+}
+
+std::uint64_t count_mismatches(const RaySet& set, const TraceAnswers& a, const TraceAnswers& b) {
+    constexpr float kMaxRelativeT = 1e-4f;
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        if (set.active[i] == 0) continue;
+        if (set.any_hit()) {
+            count += a.occluded[i] != b.occluded[i];
+            continue;
+        }
+        const Hit& hit = a.hits[i];
+        const bool is_same_t =
+            hit.prim_id == kNoPrim || std::fabs(hit.t - b.hits[i].t) <= kMaxRelativeT * hit.t;
+        count += hit.prim_id != b.hits[i].prim_id || !is_same_t;
+    }
+    return count;
+}
+
+std::uint64_t count_other_triangles(std::span<const Hit> a, std::span<const Hit> b) {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) count += a[i].prim_id != b[i].prim_id;
+    return count;
+}
+
+RaySet make_primary_rays(const ImageParams& params) {
+    assert(params.width % kTileSize == 0 && params.height % kTileSize == 0);
+    RaySet set;
+    set.params = params;
+    set.params.rays = kRaysPrimary;
+    set.rays.reserve(std::size_t{params.width} * params.height);
+    const cpu::ImageTiles tiles(params.width, params.height, kTileSize);
+    for (std::uint32_t i = 0; i < tiles.count(); ++i) {
+        for_each_pixel(tiles[i], [&](std::uint32_t x, std::uint32_t y) {
+            set.rays.push_back(camera_ray(params.camera, x, y));
+        });
+        set.close_tile(tiles[i]);
+    }
+    return set;
+}
+
+RaySet make_row_rays(const ImageParams& params) {
+    RaySet set;
+    set.kind = RayKind::kOneRay;
+    set.params = params;
+    set.params.rays = kRaysPrimary;
+    for (std::uint32_t y0 = 0; y0 < params.height; y0 += kTileSize) {
+        for (std::uint32_t y = y0; y < y0 + kTileSize; ++y)
+            for (std::uint32_t x = 0; x < params.width; ++x)
+                set.rays.push_back(camera_ray(params.camera, x, y));
+        set.close_tile({0, y0, params.width, y0 + kTileSize});
+    }
+    return set;
+}
+
+RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
+                           const cpu::ShadedMesh& mesh, RayKind kind, std::uint32_t samples,
+                           std::size_t most_rays) {
+    RaySet set;
+    set.kind = kind;
+    set.params = primary.params;
+    set.params.rays = kind == RayKind::kShadow ? kRaysShadow : kRaysAo;
+    if (kind == RayKind::kAo) set.params.ao_count = samples;
+    // At most 2^28 pixels and 2^8 samples.
+    const std::size_t all_rays = primary.active_count * (kind == RayKind::kAo ? samples : 1);
+    const std::size_t stride =
+        all_rays <= most_rays ? 1 : all_rays / most_rays + (all_rays % most_rays != 0);
+    for (const TileRays& seen : primary.tiles) {
+        // Three tiles on in each row of tiles, so that no column has all.
+        const std::size_t number =
+            seen.tile.x0 / kTileSize + std::size_t{3} * (seen.tile.y0 / kTileSize);
+        if (number % stride == 0) {
+            std::size_t i = seen.begin;
+            for_each_pixel(seen.tile, [&](std::uint32_t x, std::uint32_t y) {
+                add_secondary_rays(set, mesh, x, y, primary.rays[i], hits[i]);
+                ++i;
+            });
+        }
+        set.close_tile(seen.tile);
+    }
+    if (kind != RayKind::kShadow) return set;
+    set.shadows.resize(set.rays.size() / kPacketSize);
+    for (std::size_t i = 0; i < set.rays.size(); ++i)
+        set.shadows[i / kPacketSize].set(i % kPacketSize, set.rays[i]);
+    return set;
+}
+
+Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set,
+                     cpu::PacketUse use) {
+    static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide &&
+                  kPacketSize == cpu::kBlockRays);
+    // Primary hits lie row by row as in an image.
+    const auto answers = std::make_shared<TraceAnswers>(set);
+    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target, use), answers,
+                        &set](const TileRange& range) {
+        const ImageParams& params = set.params;
+        for_each_tile(set, range, [&](const TileRays& rays) {
+            if (set.kind == RayKind::kPrimary) {
+                const cpu::Tile& tile = rays.tile;
+                const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
+                tiles->intersect_camera(params, tile, &answers->hits[first], params.width);
+            } else {
+                const std::size_t count = rays.end - rays.begin;
+                tiles->occluded_shared_origin(
+                    params.light,
+                    std::span(set.shadows).subspan(rays.begin / kPacketSize, count / kPacketSize),
+                    std::span(answers->occluded).subspan(rays.begin, count));
+            }
+        });
+    };
+    const auto in_ray_order = [answers, &set] {
+        TraceAnswers ordered = *answers;
+        if (set.any_hit()) return ordered;
+        std::size_t ray = 0;
+        for (const TileRays& rays : set.tiles) {
+            for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+                ordered.hits[ray++] = answers->hits[std::size_t{y} * set.params.width + x];
+            });
+        }
+        return ordered;
+    };
+    return {.name = "packet", .trace = trace, .answers = in_ray_order};
+}
+
+Tracer stream_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
+    return batch_by_batch("stream", RaysAtOnce::kStream, cpu::SingleRayTracer(bvh, target), set);
+}
+
+Tracer stream_tracer(std::string name, const IntersectRays& intersect, const RaySet& set) {
+    return batch_by_batch(std::move(name), RaysAtOnce::kStream, ClosestHits{intersect}, set);
+}
+
+std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
+    std::vector<Tracer> tracers;
+    if (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow)
+        tracers.push_back(packet_tracer(bvh, target, set));
+    // The rays of one-ray are handed over one by one.
+    if (set.kind != RayKind::kOneRay) tracers.push_back(stream_tracer(bvh, target, set));
+    tracers.push_back(
+        batch_by_batch("single", RaysAtOnce::kOne, cpu::SingleRayTracer(bvh, target), set));
+    return tracers;
+}
+
+Tracer reference_tracer(const Bvh& bvh, const RaySet& set) {
+    return batch_by_batch("reference", RaysAtOnce::kStream, cpu::OneByOne{cpu::ScalarTracer(bvh)},
+                          set);
+}
+
+TraceAnswers trace_all(const Tracer& tracer, const RaySet& set) {
+    tracer.trace(set.whole());
+    return tracer.answers();
+}
+
+}  // namespace mray::lab

@@ -1,0 +1,186 @@
+// Rays to trace, the same for all methods, and the tracers of morphray.
+#pragma once
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/aligned_vector.h"
+#include "common/bvh/bvh.h"
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+#include "common/simd/simd_target.h"
+#include "cpu/image/pixel_shader.h"
+
+namespace mray::lab {
+
+inline constexpr std::uint32_t kTileSize = 64;
+inline constexpr std::uint32_t kBlockSize = 4;
+inline constexpr std::size_t kPacketSize = 16;
+
+/// Rays of the camera; from the light to what the camera sees; one diffuse ray from each point that
+/// it sees; short ones there; and those of the camera row by row, for one call a ray.
+enum class RayKind { kPrimary, kShadow, kDiffuse, kAo, kOneRay };
+inline constexpr RayKind kAllKinds[] = {RayKind::kPrimary, RayKind::kShadow, RayKind::kDiffuse,
+                                        RayKind::kAo, RayKind::kOneRay};
+/// "primary", "shadow", "diffuse", "ao" or "one-ray".
+const char* name_of(RayKind kind);
+
+/// A tile of the image and its rays, which are consecutive.
+struct TileRays {
+    cpu::Tile tile;
+    std::size_t begin;
+    std::size_t end;
+};
+
+/// Tiles of a set of rays, by index.
+struct TileRange {
+    std::size_t begin;
+    std::size_t end;
+};
+
+/// The rays of an image, tile after tile. Within a tile they come in packets of 16: for primary and
+/// shadow rays 4x4 blocks in Morton order, for diffuse rays and ambient occlusion the samples of
+/// one pixel after the other. Single rays have rows of pixels as tiles. Slots without a ray are
+/// inactive: without a surface, facing away from the light, and the rest of a last packet.
+struct RaySet {
+    RayKind kind = RayKind::kPrimary;
+    /// params.rays says how an image is traced: for primary rays and for others.
+    ImageParams params;
+    std::vector<Ray> rays;
+    /// 1 if rays[i] is active, else 0.
+    std::vector<std::uint8_t> active;
+    /// In the layout of packets: rays[i] is ray i % kPacketSize of shadows[i / kPacketSize].
+    std::vector<cpu::SharedOriginRays> shadows;
+    std::vector<TileRays> tiles;
+    std::size_t active_count = 0;
+
+    bool any_hit() const { return kind == RayKind::kShadow || kind == RayKind::kAo; }
+
+    TileRange whole() const { return {0, tiles.size()}; }
+    /// `count` ranges of as many tiles each as possible, or fewer if it has fewer tiles.
+    std::vector<TileRange> ranges(std::size_t count) const;
+    /// Adds a tile whose rays are those since the last one, filled up to whole packets.
+    void close_tile(const cpu::Tile& tile);
+};
+
+/// params.width and height must be multiples of kTileSize.
+RaySet make_primary_rays(const ImageParams& params);
+
+/// The camera's rays row by row: single rays.
+RaySet make_row_rays(const ImageParams& params);
+
+/// Rays from the `hits` of `primary`: shadow rays, diffuse ones (one a pixel) or ambient occlusion
+/// (`samples` a pixel). If they could be more than `most_rays`, only every n-th tile has rays, for
+/// the least n.
+RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
+                           const cpu::ShadedMesh& mesh, RayKind kind, std::uint32_t samples = 1,
+                           std::size_t most_rays = std::numeric_limits<std::size_t>::max());
+
+/// hits[i] or occluded[i] (0 or 1) answers ray i; the other array is empty.
+struct TraceAnswers {
+    AlignedVector<Hit> hits;
+    std::vector<std::uint8_t> occluded;
+
+    explicit TraceAnswers(const RaySet& set)
+        : hits(set.any_hit() ? 0 : set.rays.size()),
+          occluded(set.any_hit() ? set.rays.size() : 0) {}
+};
+
+enum class RaysAtOnce {
+    /// A tile's or a packet's.
+    kPacket,
+    /// A tile's, whatever they are.
+    kStream,
+    /// One a call.
+    kOne,
+};
+
+/// A way to trace a set of rays, which outlives it.
+struct Tracer {
+    std::string name;
+    /// Of the tracers of a group the fastest makes a row.
+    std::string group = {};
+    RaysAtOnce at_once = RaysAtOnce::kPacket;
+    /// Runs in the calling thread's arena. This is timed.
+    std::function<void(const TileRange&)> trace;
+    /// Of the last trace of each tile. Records that tracers have in common hold the last one.
+    std::function<TraceAnswers()> answers;
+};
+
+/// Active rays that differ in hit or miss, in the triangle (mostly ties), or in t by more than 1e-4
+/// of it: in float, t errs by some ulp of the origin's distance.
+std::uint64_t count_mismatches(const RaySet& set, const TraceAnswers& a, const TraceAnswers& b);
+
+/// How many hits are of another triangle, or miss.
+std::uint64_t count_other_triangles(std::span<const Hit> a, std::span<const Hit> b);
+
+/// The offset of a tile's block from its corner; blocks come in Morton order.
+struct BlockOffset {
+    std::uint32_t x, y;
+};
+constexpr BlockOffset block_offset(std::uint32_t block) {
+    static_assert(kTileSize == 16 * kBlockSize);
+    BlockOffset offset{0, 0};
+    for (std::uint32_t bit = 0; bit < 4; ++bit) {
+        offset.x += (block >> 2 * bit & 1) * (kBlockSize << bit);
+        offset.y += (block >> (2 * bit + 1) & 1) * (kBlockSize << bit);
+    }
+    return offset;
+}
+
+/// Calls visit(x, y) for the pixels of a tile in the order of their rays.
+template <class Visit>
+void for_each_pixel(const cpu::Tile& tile, Visit visit) {
+    for (std::uint32_t i = 0; i < kTileSize * kTileSize / kPacketSize; ++i) {
+        const std::uint32_t block_x = tile.x0 + block_offset(i).x;
+        const std::uint32_t block_y = tile.y0 + block_offset(i).y;
+        for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
+            for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
+        }
+    }
+}
+
+/// Calls visit(begin, count) for the active rays of a tile: consecutive ones, at most `most`.
+template <class Visit>
+void for_each_active_run(const RaySet& set, const TileRays& tile, std::size_t most, Visit visit) {
+    for (std::size_t i = tile.begin; i < tile.end;) {
+        const std::size_t limit = i + std::min(most, tile.end - i);
+        std::size_t end = i;
+        while (end < limit && set.active[end] != 0) ++end;
+        if (end > i) visit(i, end - i);
+        i = std::max(end, i + 1);
+    }
+}
+
+/// Calls visit(tile) for some tiles, in the calling thread's arena.
+template <class Visit>
+void for_each_tile(const RaySet& set, const TileRange& range, Visit visit) {
+    tbb::parallel_for(range.begin, range.end, [&](std::size_t i) { visit(set.tiles[i]); });
+}
+
+/// "packet", for primary or shadow rays: tiles of 64 x 64. Shadow rays that have too little in
+/// common go to single rays. The tree outlives this tracer and those below.
+Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set,
+                     cpu::PacketUse use = cpu::PacketUse::kWhereItPays);
+/// "stream": the rays of a tile by one call.
+Tracer stream_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
+/// Packets, streams, and "single", a call a ray; of these what suits the rays.
+std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
+/// The scalar reference.
+Tracer reference_tracer(const Bvh& bvh, const RaySet& set);
+
+/// Finds the closest hits of rays of a tile by one call, from several threads at once.
+using IntersectRays = std::function<void(std::span<const Ray>, std::span<Hit>)>;
+Tracer stream_tracer(std::string name, const IntersectRays& intersect, const RaySet& set);
+
+/// Traces all rays in the calling thread's arena.
+TraceAnswers trace_all(const Tracer& tracer, const RaySet& set);
+
+}  // namespace mray::lab
