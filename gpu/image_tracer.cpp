@@ -34,7 +34,7 @@ public:
 
     bool has_next() const { return params_.width > 0 && y_ < params_.height; }
 
-    /// Takes the next region, of at most `tiles` tiles or as many as its row has begun with.
+    /// The next region, of at most `tiles` tiles or as many as its row has begun with.
     RegionArguments next(std::uint32_t tiles) {
         const std::uint32_t columns = (params_.width + kTileSize - 1) / kTileSize;
         if (x_ == 0) rows_ = tiles / std::min(tiles, columns);
@@ -77,14 +77,14 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
                         const Watch& watch) {
     with_pixels_ = frame.with_pixels;
     with_hits_ = frame.with_hits;
-    prepare(params, watch);
+    samples_ = rays_per_hit(params.rays, params.ao_count);
+    prepare(watch);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
     resize_watched(frame.hits, with_hits_ ? pixel_count : 0, watch);
     resize_watched(frame.occlusion, with_hits_ ? pixel_count : 0, watch);
-    if (rays_per_hit(params.rays, params.ao_count) == 0)
-        std::fill(frame.occlusion.begin(), frame.occlusion.end(), 0u);
+    if (samples_ == 0) std::fill(frame.occlusion.begin(), frame.occlusion.end(), 0u);
     resize_watched(frame.pixels, with_pixels_ ? pixel_count : 0, watch);
     times.rays = pixel_count;
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
@@ -103,11 +103,11 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
 }
 
 /// Prepares the kernels that every image of this kind needs, the fastest to compile first.
-void ImageTracer::prepare(const ImageParams& params, const Watch& watch) {
+void ImageTracer::prepare(const Watch& watch) {
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
     needed.push_back(&kernels_.primary);
-    if (rays_per_hit(params.rays, params.ao_count) != 0) {
+    if (samples_ != 0) {
         needed.push_back(&kernels_.compact);
         needed.push_back(&kernels_.occlusion);
     }
@@ -116,16 +116,15 @@ void ImageTracer::prepare(const ImageParams& params, const Watch& watch) {
 
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,
                                const Watch& watch) {
-    const std::uint32_t samples = rays_per_hit(region.params.rays, region.params.ao_count);
     const std::uint32_t batch = secondary_batch(watch);
-    // More rays than a batch need the host, which counts them, before the colours.
-    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height * samples;
+    // The host submits rays beyond a batch, and shades after them.
+    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height * samples_;
     const bool is_shaded = with_pixels_ && most_rays <= batch;
     const std::vector<double> stages =
         context_.submit_stages("trace an image", [&](VkCommandBuffer commands) {
             passes_.begin(commands);
             kernels_.primary.dispatch(commands, region, region.tile_count);
-            if (samples != 0) {
+            if (samples_ != 0) {
                 separate(commands);
                 record_secondary(commands, region, batch);
             }
@@ -137,16 +136,16 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
             passes_.end(commands);
         });
     times.trace_ms += stages.front();
-    if (samples != 0) times.secondary_ms += stages[1];
+    if (samples_ != 0) times.secondary_ms += stages[1];
     if (is_shaded) times.shade_ms += stages.back();
 
-    // A stage that left rays without an answer is completed, and all after it is done again.
+    // A stage with suspended rays is completed, and all later stages are done again.
     WorkHeader header = passes_.header("trace camera rays");
     bool is_current = is_shaded || !with_pixels_;
     if (header.suspended_count != 0 && header.visible_count == 0) {
         is_current = false;
         times.trace_ms += passes_.resume(false, header.suspended_count);
-        if (samples != 0) {
+        if (samples_ != 0) {
             times.secondary_ms +=
                 context_.submit("trace secondary rays", [&](VkCommandBuffer commands) {
                     passes_.begin(commands);
@@ -156,8 +155,8 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
             header = passes_.header("trace secondary rays");
         }
     }
-    if (samples != 0) {
-        const std::uint32_t ray_count = header.visible_count * samples;
+    if (samples_ != 0) {
+        const std::uint32_t ray_count = header.visible_count * samples_;
         is_current = is_current && header.suspended_count == 0 && ray_count <= batch;
         times.rays += ray_count;
         times.secondary_ms += passes_.resume(true, header.suspended_count);
@@ -176,9 +175,8 @@ void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArgumen
     kernels_.compact.dispatch(commands, region, region.tile_count);
     // Writer: the list and its length; reader: the secondary rays.
     barrier(commands);
-    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height *
-                                    rays_per_hit(region.params.rays, region.params.ao_count);
-    // Groups beyond the end of the list, whose length the host does not know, have nothing to do.
+    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height * samples_;
+    // The host does not know the length of the list; groups beyond its end end at once.
     const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(most_rays, batch));
     kernels_.occlusion.dispatch(commands, secondary(region, 0, count), groups_of(count));
 }
@@ -208,14 +206,7 @@ std::uint32_t ImageTracer::secondary_batch(const Watch& watch) const {
 
 OcclusionArguments ImageTracer::secondary(const RegionArguments& region, std::uint32_t first,
                                           std::uint32_t end) const {
-    OcclusionArguments arguments = {};
-    arguments.params = region.params;
-    arguments.x = region.x;
-    arguments.y = region.y;
-    arguments.width = region.width;
-    arguments.ray_first = first;
-    arguments.ray_end = end;
-    return arguments;
+    return {region.params, region.x, region.y, region.width, first, end};
 }
 
 void ImageTracer::shade(VkCommandBuffer commands, const RegionArguments& region) const {
@@ -232,17 +223,15 @@ void ImageTracer::separate(VkCommandBuffer commands) {
 }
 
 void ImageTracer::copy_results(VkCommandBuffer commands, const RegionArguments& region) const {
-    const bool has_occlusion = rays_per_hit(region.params.rays, region.params.ao_count) != 0;
     passes_.copy_results(commands, region.width * region.height, with_hits_,
-                         with_hits_ && has_occlusion, with_pixels_);
+                         with_hits_ && samples_ != 0, with_pixels_);
 }
 
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) const {
     if (with_pixels_) copy_rows(passes_.host_pixels(), region, frame.width, frame.pixels);
     if (!with_hits_) return;
     copy_rows(passes_.host_hits(), region, frame.width, frame.hits);
-    if (rays_per_hit(region.params.rays, region.params.ao_count) != 0)
-        copy_rows(passes_.host_occlusion(), region, frame.width, frame.occlusion);
+    if (samples_ != 0) copy_rows(passes_.host_occlusion(), region, frame.width, frame.occlusion);
 }
 
 }  // namespace mray::gpu

@@ -20,7 +20,7 @@ public:
 
     void took(std::uint32_t amount, double ms) {
         constexpr double kWantedMs = 40;
-        // A time says little about larger amounts: parts of an image differ.
+        // A time says little about larger amounts: regions of an image differ.
         constexpr double kMostGrowth = 4;
         const double factor = std::clamp(kWantedMs / std::max(ms, 1e-3), 0.0, kMostGrowth);
         constexpr double kMost = 1u << 30;
@@ -31,20 +31,19 @@ private:
     std::uint32_t amount_;
 };
 
-/// Traces and shades a region in one submission, but for suspended or too many secondary rays. The
-/// objects of the constructor must outlive it, and the kernels must be bound. Kernels are prepared
-/// when an image first needs them.
+/// Traces and shades a region in one submission, unless rays are suspended or secondary rays exceed
+/// a batch. The arguments of the constructor must outlive it, and the kernels must be bound.
 class ImageTracer {
 public:
     ImageTracer(Context& context, Kernels& kernels, RayPasses& passes)
         : context_(context), kernels_(kernels), passes_(passes) {}
 
-    /// Traces an image, and writes the times to `times`. Throws Error(kCancelled) between
-    /// submissions, which take tens of milliseconds if the watch may ask for it.
+    /// Throws Error(kCancelled) between submissions, which take tens of milliseconds if the watch
+    /// can cancel.
     void trace(const ImageParams& params, Frame& frame, BackendTimes& times, const Watch& watch);
 
 private:
-    void prepare(const ImageParams& params, const Watch& watch);
+    void prepare(const Watch& watch);
     void trace_region(const RegionArguments& region, BackendTimes& times, const Watch& watch);
     void separate(VkCommandBuffer commands);
     void record_secondary(VkCommandBuffer commands, const RegionArguments& region,
@@ -61,9 +60,11 @@ private:
     Context& context_;
     Kernels& kernels_;
     RayPasses& passes_;
-    /// What was asked for of the image that is traced.
+    // Of the image that is traced.
     bool with_pixels_ = true;
     bool with_hits_ = true;
+    /// Secondary rays of a visible pixel.
+    std::uint32_t samples_ = 0;
     /// Tiles of a region, and secondary rays of a submission.
     Pace tiles_pace_{16};
     Pace rays_pace_{1u << 14};

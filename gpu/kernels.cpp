@@ -17,7 +17,7 @@ RegionArguments no_region() {
     return nothing;
 }
 
-/// The budget of a query where rays have this one: lavapipe's is lower.
+/// The budget of a query by that of a ray: lavapipe's is lower.
 std::uint32_t query_steps(std::uint32_t steps) {
     return steps <= kStepBudget ? std::min(steps, kQueryStepBudget) : steps;
 }
@@ -38,10 +38,6 @@ void Kernel::bind(const Bindings& bindings, std::uint64_t version) {
 
 #define WORDS(name) \
     { k_##name##_spirv, k_##name##_storage_spirv }
-
-Kernels::Kernels(SharedDevice& device, Context& context, const Tuning& tuning)
-    : Kernels(device, context, buffer_kind(device.device.physical(), tuning),
-              step_budget(device.device.physical(), tuning)) {}
 
 Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps)
     : device_(device),
@@ -75,7 +71,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
         }
     }
     if (missing.empty()) return;
-    // One more thread takes the slower half. More would gain little, and keep freed memory.
+    // One more thread compiles the slower half. More would gain little, and keep freed memory.
     const std::span all_missing(missing);
     const std::size_t half = (missing.size() + 1) / 2;
     const auto rest = all_missing.subspan(half);
@@ -85,7 +81,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
             kernel->compile(device_);
         }
     };
-    // Waits for its thread at its end, also after an exception. Without a thread it runs in get().
+    // Its destructor waits for the thread, also after an exception. Without one it runs in get().
     const std::launch in_thread = std::launch::async | std::launch::deferred;
     std::future<void> others =
         std::async(rest.empty() ? std::launch::deferred : in_thread, compile_rest);

@@ -21,8 +21,8 @@ struct KernelWords {
 
 class Kernel {
 public:
-    /// `steps` is the budget of a lane (kConstantStepBudget); `nothing` are the arguments of a
-    /// workgroup that has no work and writes nothing.
+    /// `steps` is the budget of a lane (kConstantStepBudget); with the arguments `nothing` a
+    /// workgroup writes nothing.
     template <class Arguments>
     Kernel(const KernelWords& words, BufferKind kind, std::uint32_t steps, const Arguments& nothing)
         : spirv_(kind == BufferKind::kTexels ? words.texels : words.storage), steps_(steps) {
@@ -30,15 +30,15 @@ public:
         nothing_.assign(bytes.begin(), bytes.end());
     }
 
-    /// Compiles the kernel, unless that is done. Threads may compile different kernels of a device
-    /// at the same time. Throws Error, and can then be called again.
+    /// Compiles the kernel once. Threads may compile different kernels of a device at the same
+    /// time. Throws Error, and can then be called again.
     void compile(SharedDevice& device);
     /// Whether it is compiled and has been dispatched.
     bool is_ready() const { return pipeline_.has_value() && pipeline_->pipeline().is_warm(); }
     void set_ready() { pipeline_->pipeline().set_warm(); }
 
-    /// Binds the resources that the kernel uses, unless those of this version are bound; all of
-    /// them must be there. Not while work that uses them is recorded or under way.
+    /// Binds the resources that the kernel uses, unless this version of them is bound; none may be
+    /// missing. Not while work that uses them is recorded or under way.
     void bind(const Bindings& bindings, std::uint64_t version);
 
     /// Records `group_count` workgroups of a compiled and bound kernel, with these arguments.
@@ -47,7 +47,7 @@ public:
                   std::uint32_t group_count) const {
         pipeline_->dispatch(commands, arguments, group_count);
     }
-    /// Records a workgroup without work.
+    /// Records a workgroup that writes nothing.
     void dispatch_nothing(VkCommandBuffer commands) const {
         pipeline_->dispatch_bytes(commands, nothing_, 1);
     }
@@ -66,24 +66,23 @@ inline std::uint32_t groups_of(std::uint32_t lanes) {
 
 class Kernels {
 public:
-    Kernels(SharedDevice& device, Context& context, const Tuning& tuning);
+    Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps);
     Kernels(const Kernels&) = delete;
 
     void set_bindings(const Bindings& bindings);
 
-    /// Gets kernels of this object ready to be dispatched, until the resources change. Those that
-    /// the device has not compiled yet, the fastest to compile first, are compiled in two threads,
-    /// and dispatched once over nothing, since some drivers, such as lavapipe, finish compiling a
-    /// kernel at its first dispatch. So compiling is no part of the device's times. Deferred work
-    /// runs in the meantime. Throws Error, and can then be called again: Error(kCancelled) between
-    /// two kernels if the watch asks for it.
+    /// Makes kernels of this object ready to be dispatched, until the resources change. New ones,
+    /// the fastest to compile first, are compiled in two threads and dispatched once over nothing,
+    /// since lavapipe finishes compiling at the first dispatch: times exclude compiling. Deferred
+    /// work runs meanwhile. Throws Error, and can then be called again: Error(kCancelled) between
+    /// two kernels.
     void prepare(std::span<Kernel* const> needed, const Watch& watch = {});
     void prepare(std::initializer_list<Kernel*> needed) {
         prepare(std::span(needed.begin(), needed.size()));
     }
 
 private:
-    Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps);
+    void make_ready(Kernel& kernel);
 
     SharedDevice& device_;
     Context& context_;
@@ -102,9 +101,6 @@ public:
     Kernel shade;
     Kernel refit_leaves;
     Kernel refit_nodes;
-
-private:
-    void make_ready(Kernel& kernel);
 };
 
 }  // namespace mray::gpu

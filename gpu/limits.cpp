@@ -20,24 +20,24 @@ namespace {
 /// Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
 constexpr std::uint64_t kPadding = 12;
 
-struct Part {
+struct BufferSize {
     const char* name;
     /// Texels, of as many bytes each.
     std::uint64_t elements;
     std::uint64_t element_bytes;
 };
 
-void check_part(const PhysicalDevice& device, BufferKind kind, const Part& part) {
+void check_buffer(const PhysicalDevice& device, BufferKind kind, const BufferSize& buffer) {
     // Kernels index texels with signed integers.
     constexpr std::uint64_t kMaxIndex = 0x7FFFFFFF;
     const bool is_texels = kind == BufferKind::kTexels;
     const std::uint64_t limit = std::min<std::uint64_t>(
         is_texels ? device.limits.maxTexelBufferElements
-                  : device.limits.maxStorageBufferRange / part.element_bytes,
+                  : device.limits.maxStorageBufferRange / buffer.element_bytes,
         kMaxIndex);
-    if (part.elements + kPadding > limit) {
-        over(fmt::format("the scene's {} take {} elements, the device's {} hold {}", part.name,
-                         part.elements, is_texels ? "texel buffers" : "storage buffers", limit));
+    if (buffer.elements + kPadding > limit) {
+        over(fmt::format("the scene's {} take {} elements, the device's {} hold {}", buffer.name,
+                         buffer.elements, is_texels ? "texel buffers" : "storage buffers", limit));
     }
 }
 
@@ -91,12 +91,12 @@ void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize&
                          kMaxDepth));
     }
     // The refit writes planes and coordinates one by one.
-    const Part parts[] = {{"vertices", scene.vertices, 16},
-                          {"triangles", scene.triangles, 16},
-                          {"repeated triangles", 2 * scene.repeated, 4},
-                          {"nodes", 4 * kNodeVec4s * scene.nodes, 4},
-                          {"leaves", 4 * kLeafVec4s * scene.leaves, 4}};
-    for (const Part& part : parts) check_part(device, kind, part);
+    const BufferSize buffers[] = {{"vertices", scene.vertices, 16},
+                                  {"triangles", scene.triangles, 16},
+                                  {"repeated triangles", 2 * scene.repeated, 4},
+                                  {"nodes", 4 * kNodeVec4s * scene.nodes, 4},
+                                  {"leaves", 4 * kLeafVec4s * scene.leaves, 4}};
+    for (const BufferSize& buffer : buffers) check_buffer(device, kind, buffer);
     check_bytes(device, scene);
 }
 

@@ -1,21 +1,19 @@
-// Checks sizes against the device's limits, since drivers do not always refuse them.
+// Checks sizes against the device's limits: drivers do not always refuse larger ones.
 #pragma once
 
 #include <cstdint>
 
-#include "gpu/vulkan/device_info.h"
-#include "shaders/kernel_interface.h"
+#include "gpu/vulkan/device.h"
 
 namespace mray::gpu {
 
-/// The kind for a device: what the tuning says, else texels for a CPU and for devices that bind
-/// fewer than kMostStorageBuffers at a time.
-BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning);
 /// Storage buffers that a kernel binds at most.
 inline constexpr std::uint32_t kMostStorageBuffers = 10;
+/// The tuning's kind, else texels for a CPU and for devices with fewer storage buffers.
+BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning);
 
-/// The steps of a lane before it suspends its ray: the tuning's, else those of lavapipe on a CPU,
-/// and on a GPU so many that its longest dispatch stays below a second.
+/// The steps of a lane before it suspends its ray: the tuning's, else kStepBudget on a CPU, and on
+/// a GPU so many that its longest dispatch stays below a second.
 std::uint32_t step_budget(const PhysicalDevice& device, const Tuning& tuning);
 
 struct SceneSize {
@@ -31,12 +29,10 @@ struct SceneSize {
 /// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.
 void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene);
 
-/// The part of an image or batch that goes into one dispatch.
+/// How much goes into one dispatch.
 struct PassSize {
-    /// Tiles of 64 rays.
-    std::uint32_t tiles = 0;
-    /// Suspended rays of a round, a multiple of 64.
-    std::uint32_t resume_slots = 0;
+    std::uint32_t tiles = 0;         // of 64 rays
+    std::uint32_t resume_slots = 0;  // suspended rays of a round, a multiple of 64
 
     std::uint32_t rays() const { return tiles * kGroupSize; }
     bool operator==(const PassSize&) const = default;

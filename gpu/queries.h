@@ -8,7 +8,6 @@
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"
 #include "gpu/scene_buffers.h"
-#include "gpu/transfer.h"
 
 namespace mray::gpu {
 

@@ -39,7 +39,7 @@ RayPasses::Use RayPasses::use() {
 }
 
 double RayPasses::run(const char* what, bool any_hit, const Record& dispatch) {
-    const double device_ms = submit_part(what, Reset::kRays, dispatch);
+    const double device_ms = submit_pass(what, Reset::kRays, dispatch);
     return device_ms + resume(any_hit, header(what).suspended_count);
 }
 
@@ -71,7 +71,7 @@ void RayPasses::copy_results(VkCommandBuffer commands, std::uint32_t count, bool
     if (with_pixels) copy_start(commands, b.pixels, b.pixels_copy, words);
 }
 
-double RayPasses::submit_part(const char* what, Reset reset_what, const Record& dispatch) {
+double RayPasses::submit_pass(const char* what, Reset reset_what, const Record& dispatch) {
     return context_.submit(what, [&](VkCommandBuffer commands) {
         reset(commands, reset_what);
         dispatch(commands);
@@ -95,12 +95,12 @@ double RayPasses::resume(bool any_hit, std::uint32_t count) {
     // All rounds but the last use up their budget.
     const std::uint64_t visits = std::uint64_t{scene_.node_count()} + scene_.leaf_count();
     return finish("resume rays", count, 2 + kStepsOfVisit * visits / step_budget_,
-                  [&](VkCommandBuffer commands, const Part& part) {
-                      const ResumeArguments arguments = {.first = part.first,
-                                                         .count = part.count,
-                                                         .fresh = part.is_fresh ? 1u : 0u,
+                  [&](VkCommandBuffer commands, const ActiveRays& active) {
+                      const ResumeArguments arguments = {.first = active.first,
+                                                         .count = active.count,
+                                                         .fresh = active.is_fresh ? 1u : 0u,
                                                          .any_hit = any_hit ? 1u : 0u};
-                      kernels_.resume.dispatch(commands, arguments, groups_of(part.count));
+                      kernels_.resume.dispatch(commands, arguments, groups_of(active.count));
                   });
 }
 
@@ -108,15 +108,15 @@ std::uint32_t RayPasses::answer(const char* what, const Kernel& kernel, QueryArg
     const auto dispatch = [&](VkCommandBuffer commands) {
         kernel.dispatch(commands, arguments, groups_of(arguments.count));
     };
-    submit_part(what, Reset::kAll, dispatch);
+    submit_pass(what, Reset::kAll, dispatch);
     // A query visits each node and each triangle at most once, and a round takes a step.
     const std::uint64_t max_rounds =
         2 + 64 * (scene_.node_count() + kLeafTriangles * std::uint64_t{scene_.leaf_count()});
     finish(what, header(what).suspended_count, max_rounds,
-           [&](VkCommandBuffer commands, const Part& part) {
-               arguments.first = part.first;
-               arguments.count = part.count;
-               arguments.round = part.is_fresh ? kRoundAnew : kRoundAgain;
+           [&](VkCommandBuffer commands, const ActiveRays& active) {
+               arguments.first = active.first;
+               arguments.count = active.count;
+               arguments.round = active.is_fresh ? kRoundAnew : kRoundAgain;
                dispatch(commands);
            });
     return header(what).visible_count;
@@ -125,18 +125,18 @@ std::uint32_t RayPasses::answer(const char* what, const Kernel& kernel, QueryArg
 /// Dispatches for the suspended rays or queries [0, count), as many at a time as have room for
 /// their states, until none is unfinished. More than max_rounds mean that the tree has a cycle.
 double RayPasses::finish(const char* what, std::uint32_t count, std::uint64_t max_rounds,
-                         const std::function<void(VkCommandBuffer, const Part&)>& dispatch) {
+                         const std::function<void(VkCommandBuffer, const ActiveRays&)>& dispatch) {
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
-        Part part = {first, std::min(size_.resume_slots, count - first), true};
+        ActiveRays active = {first, std::min(size_.resume_slots, count - first), true};
         std::uint64_t rounds = 0;
-        for (bool unfinished = true; unfinished; part.is_fresh = false) {
+        for (bool unfinished = true; unfinished; active.is_fresh = false) {
             if (++rounds > max_rounds) {
                 throw Error(ErrorKind::kInternal,
                             "Vulkan: a traversal does not end; the tree is not sound");
             }
-            device_ms += submit_part(what, Reset::kUnfinished,
-                                     [&](VkCommandBuffer commands) { dispatch(commands, part); });
+            device_ms += submit_pass(what, Reset::kUnfinished,
+                                     [&](VkCommandBuffer commands) { dispatch(commands, active); });
             unfinished = header(what).unfinished_count != 0;
         }
     }

@@ -19,14 +19,13 @@ public:
     RayPasses(SharedDevice& device, Context& context, Kernels& kernels, const SceneBuffers& scene,
               const PassSize& size, BufferKind kind, std::uint32_t step_budget);
 
-    /// Buffers that are taken from the device until this ends.
     struct GiveBack {
         void operator()(RayPasses* passes) const {
             passes->device_.ray_buffers.give_back(std::move(passes->buffers_));
         }
     };
     using Use = std::unique_ptr<RayPasses, GiveBack>;
-    /// Takes buffers; all other calls need them. Throws Error(kLimit) if memory runs out.
+    /// Lends buffers of the device for the other calls. Throws Error(kLimit) if memory runs out.
     [[nodiscard]] Use use();
 
     const PassSize& size() const { return size_; }
@@ -37,9 +36,9 @@ public:
     /// The buffers in use, or null.
     const RayBuffers* buffers() const { return buffers_.get(); }
 
-    /// Records what comes before the first pass of a submission, which sets the counters to 0.
+    /// Records, before the first pass of a submission, that the counters become 0.
     void begin(VkCommandBuffer commands) const { reset(commands, Reset::kAll); }
-    /// Records what comes after the last pass of a submission, so that header() has its counters.
+    /// Records, after the last pass of a submission, the copy of its counters for header().
     void end(VkCommandBuffer commands) const;
     /// Records the copy of the first results, for host_hits() and so on.
     void copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
@@ -57,7 +56,7 @@ public:
     /// milliseconds on the device. Throws Error(kInternal) if a tree is broken.
     double resume(bool any_hit, std::uint32_t count);
     /// Submits `dispatch` by itself, over listed pixels if there are any, and answers all its rays.
-    /// `what` is for errors, a verb with its object. Returns milliseconds on the device.
+    /// `what` is a verb with its object, for errors. Returns milliseconds on the device.
     double run(const char* what, bool any_hit, const Record& dispatch);
 
     /// Submits a kernel of queries, and again until all queries have answers. Returns the pairs
@@ -70,19 +69,19 @@ private:
         const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
         return reinterpret_cast<const T*>(seen.mapped().data());
     }
-    /// The counters that a dispatch begins with at 0. Those of rays are all but visible_count.
+    /// The counters that a dispatch sets to 0; kRays: all but visible_count.
     enum class Reset { kAll, kRays, kUnfinished };
     void reset(VkCommandBuffer commands, Reset what) const;
-    double submit_part(const char* what, Reset reset, const Record& dispatch);
+    double submit_pass(const char* what, Reset reset, const Record& dispatch);
 
     /// Suspended rays or queries of a dispatch.
-    struct Part {
+    struct ActiveRays {
         std::uint32_t first;
         std::uint32_t count;
         bool is_fresh;
     };
     double finish(const char* what, std::uint32_t count, std::uint64_t max_rounds,
-                  const std::function<void(VkCommandBuffer, const Part&)>& dispatch);
+                  const std::function<void(VkCommandBuffer, const ActiveRays&)>& dispatch);
 
     SharedDevice& device_;
     Context& context_;

@@ -13,8 +13,6 @@ namespace {
 
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
-constexpr VkBufferUsageFlags kSampled = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
-constexpr VkBufferUsageFlags kInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
 template <class Values>
 std::span<const std::byte> bytes_of(const Values& values) {
@@ -29,14 +27,14 @@ struct Filler {
 
     template <class Values>
     ReadBuffer operator()(const char* name, const Values& values, VkFormat format = kWord,
-                          VkBufferUsageFlags texels = kSampled) const {
-        ReadBuffer buffer(device, kind, name, bytes_of(values).size(), format, 0, texels);
+                          bool is_written = false) const {
+        ReadBuffer buffer(device, kind, name, bytes_of(values).size(), format, 0, is_written);
         transfer.upload(bytes_of(values), buffer.buffer);
         return buffer;
     }
 };
 
-/// Texels hold a vertex each; storage buffers have no gaps.
+/// A texel holds a vertex; storage buffers have no gaps.
 std::size_t bytes_of_vertex(BufferKind kind) {
     return kind == BufferKind::kTexels ? sizeof(vec4) : sizeof(vec3);
 }
@@ -61,12 +59,7 @@ void write_positions(BufferKind kind, std::span<const vec3> positions, std::span
                       });
 }
 
-UniqueBufferView words_of(Device& device, BufferKind kind, const Buffer& buffer) {
-    if (kind == BufferKind::kStorage) return {};
-    return texel_view(device, buffer, kWord);
-}
-
-/// Vertices and albedo of each triangle, at least one: lanes without a hit read the first.
+/// Vertices and albedo of each triangle; one of zeros if there are none, for lanes without a hit.
 std::vector<uvec4> with_albedo(const Topology& topology) {
     std::vector<uvec4> texels(std::max<std::size_t>(topology.triangles.size(), 1), uvec4(0));
     for (std::size_t i = 0; i < topology.triangles.size(); ++i) {
@@ -113,11 +106,11 @@ SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, co
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())), level_begin(bvh.level_begin) {
     assert(level_begin.back() == bvh.nodes.size());
     const Filler filled{device, kind, transfer};
-    nodes = filled("nodes", bvh.nodes, kFourWords, kInPlace);
-    leaves = filled("leaves", leaves_of(bvh), kFourWords, kInPlace);
-    const auto boxes_of = [&](const char* name, std::uint64_t size, std::uint64_t part) {
-        return ReadBuffer(device, kind, name, size / part * 16 * kQuarterVec4s, kFourWords, 0,
-                          kInPlace);
+    nodes = filled("nodes", bvh.nodes, kFourWords, true);
+    leaves = filled("leaves", leaves_of(bvh), kFourWords, true);
+    const auto boxes_of = [&](const char* name, std::uint64_t size, std::uint64_t item) {
+        return ReadBuffer(device, kind, name, size / item * 16 * kQuarterVec4s, kFourWords, 0,
+                          true);
     };
     quarters = boxes_of("quarters of nodes", nodes.buffer.size(), sizeof(Node));
     groups = boxes_of("groups of triangles", leaves.buffer.size(), sizeof(Leaf));
@@ -126,10 +119,6 @@ SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, co
     node_parents = filled("node parents", bvh.node_parents);
     repeated = bvh.repeated;
     repeated_texels = filled("repeated triangles", bvh.repeated);
-    node_words = words_of(device, kind, nodes.buffer);
-    leaf_words = words_of(device, kind, leaves.buffer);
-    quarter_words = words_of(device, kind, quarters.buffer);
-    group_words = words_of(device, kind, groups.buffer);
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
@@ -196,16 +185,104 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     tree_.leaf_parents.bind(bindings, kBindLeafParents);
     tree_.node_parents.bind(bindings, kBindNodeParents);
     tree_.repeated_texels.bind(bindings, kBindRepeated);
-    tree_.nodes.bind(bindings, kBindNodeWords);
-    bindings.views[kBindNodeWords] = tree_.node_words.get();
-    tree_.leaves.bind(bindings, kBindLeafWords);
-    bindings.views[kBindLeafWords] = tree_.leaf_words.get();
     tree_.quarters.bind(bindings, kBindQuarters);
     tree_.groups.bind(bindings, kBindGroups);
-    tree_.quarters.bind(bindings, kBindQuarterWords);
-    bindings.views[kBindQuarterWords] = tree_.quarter_words.get();
-    tree_.groups.bind(bindings, kBindGroupWords);
-    bindings.views[kBindGroupWords] = tree_.group_words.get();
+    tree_.nodes.bind_words(bindings, kBindNodeWords);
+    tree_.leaves.bind_words(bindings, kBindLeafWords);
+    tree_.quarters.bind_words(bindings, kBindQuarterWords);
+    tree_.groups.bind_words(bindings, kBindGroupWords);
+}
+
+namespace {
+
+// Dispatches of 2^22 leaves or nodes stay short.
+constexpr std::uint32_t kMaxGroups = 1u << 20;
+
+// A dispatch or a copy takes 10 to 65 us on lavapipe, as long as the refit of some thousand leaves.
+// So ranges are few, and gaps between them are filled.
+constexpr std::size_t kMostRanges = 8;
+
+/// Records dispatches that wait for each other.
+class Sequence {
+public:
+    Sequence(const Context& context, VkCommandBuffer commands)
+        : commands_(commands),
+          max_groups_(std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups)) {}
+
+    void add(const Kernel& kernel, IndexRange range) {
+        constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
+        while (range.begin < range.end) {
+            const std::uint32_t groups = std::min(
+                (range.end - range.begin + kItemsOfGroup - 1) / kItemsOfGroup, max_groups_);
+            const std::uint32_t count = std::min(range.end - range.begin, groups * kItemsOfGroup);
+            // Writer: the level below, or leaves of another range, which validation cannot
+            // distinguish; reader: this dispatch.
+            if (!std::exchange(first_, false)) barrier(commands_);
+            kernel.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
+                            groups);
+            range.begin += count;
+        }
+    }
+
+private:
+    VkCommandBuffer commands_;
+    std::uint32_t max_groups_;
+    bool first_ = true;
+};
+
+/// Vertices whose positions have to go to the device.
+std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
+    const auto count = static_cast<std::uint32_t>(pose.positions().size());
+    if (plan.all && count > 0) return {{0, count}};
+    std::vector<IndexRange> ranges = covering_ranges(pose.moved_blocks(), kMostRanges);
+    for (IndexRange& range : ranges) {
+        range = {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, count)};
+    }
+    return ranges;
+}
+
+/// The leaves or nodes of each dispatch; nodes level by level, the lowest first.
+struct Dispatches {
+    std::vector<IndexRange> leaves;
+    std::vector<IndexRange> nodes;
+};
+
+Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
+    const std::vector<std::uint32_t>& levels = scene.level_begin();
+    Dispatches d;
+    if (plan.leaf_count == 0) return d;
+    d.leaves = plan.all ? std::vector{IndexRange{0, scene.leaf_count()}}
+                        : covering_ranges(plan.parts.leaves, kMostRanges);
+    for (std::size_t level = levels.size() - 2; level > 0; --level) {
+        IndexRange range = {levels[level], levels[level + 1]};
+        if (!plan.all) {
+            const auto [first, last] =
+                std::pair(std::ranges::lower_bound(plan.parts.nodes, range.begin),
+                          std::ranges::lower_bound(plan.parts.nodes, range.end));
+            if (first == last) continue;
+            range = {*first, *(last - 1) + 1};
+        }
+        d.nodes.push_back(range);
+    }
+    // The root has no parent, but quarters.
+    d.nodes.push_back({0, 1});
+    return d;
+}
+
+}  // namespace
+
+Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+                   const PoseMemory& pose, const RefitPlan& plan) {
+    Record upload = scene.set_positions(pose.positions(), moved_vertices(pose, plan));
+    Dispatches dispatches = dispatches_of(scene, plan);
+    if (!upload && dispatches.leaves.empty()) return {};
+    return [&context, &kernels, upload = std::move(upload),
+            dispatches = std::move(dispatches)](VkCommandBuffer commands) {
+        if (upload) upload(commands);
+        Sequence sequence(context, commands);
+        for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
+        for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
+    };
 }
 
 }  // namespace mray::gpu

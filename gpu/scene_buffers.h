@@ -1,4 +1,4 @@
-// A scene on the device.
+// A scene on the device, and its refit.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/update/refit_plan.h"
-#include "gpu/transfer.h"
-#include "gpu/vulkan/buffer.h"
-#include "gpu/vulkan/pipeline.h"
+#include "gpu/kernels.h"
 
 namespace mray::gpu {
 
@@ -35,12 +33,12 @@ public:
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Sets ranges of the positions. Returns commands for before kernels read them, or nothing if
-    /// the host writes device memory. Call it again after these have run or were dropped.
+    /// Sets ranges of the positions. Returns commands that kernels must wait for, or nothing if the
+    /// host writes device memory. Call it again only after these have run or were dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
-    /// Replaces the tree by one over the same triangles. A refit of all must follow, which makes
-    /// the boxes of quarters and groups. Kernels must be bound again. After an exception the old
-    /// tree is still there.
+    /// Replaces the tree by one over the same triangles. Kernels must be bound again, and a refit
+    /// of all must follow, which makes the boxes of quarters and groups. An exception changes
+    /// nothing.
     void set_tree(Transfer& transfer, const Bvh& bvh);
     /// Reads nodes and leaves back, into a tree that has as many.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
@@ -65,11 +63,6 @@ private:
         ReadBuffer node_parents;
         std::vector<RepeatedTriangle> repeated;
         ReadBuffer repeated_texels;
-        /// Views of single words, for the refit; null for storage buffers.
-        UniqueBufferView node_words;
-        UniqueBufferView leaf_words;
-        UniqueBufferView quarter_words;
-        UniqueBufferView group_words;
     };
 
     Device* device_;
@@ -77,10 +70,16 @@ private:
     std::uint32_t vertex_count_ = 0;
     std::uint32_t triangle_count_ = 0;
     ReadBuffer positions_;
-    /// Positions on their way to the device, if the host does not see its memory.
+    /// Positions for copies, if the host does not see the device's memory.
     Buffer staged_positions_;
     ReadBuffer triangles_;
     Tree tree_;
 };
+
+/// Sets the positions that the plan needs: moved ones, or all. Returns commands that refit the
+/// present scene by the plan, or nothing. They may write further leaves and nodes, with the same
+/// bytes.
+Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+                   const PoseMemory& pose, const RefitPlan& plan);
 
 }  // namespace mray::gpu

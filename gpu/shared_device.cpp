@@ -58,15 +58,15 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
     }
     all.start();
     PhysicalDevice physical = choose(all.physical, config.device);
-    const auto place = std::ranges::find_if(all.devices, [&](const auto& device) {
+    const auto open = std::ranges::find_if(all.devices, [&](const auto& device) {
         return device->device.physical().handle == physical.handle;
     });
-    if (place != all.devices.end() && !(*place)->device.is_lost()) return *place;
+    if (open != all.devices.end() && !(*open)->device.is_lost()) return *open;
     auto made = std::make_shared<SharedDevice>(all.instance, std::move(physical), false);
-    if (place == all.devices.end()) {
+    if (open == all.devices.end()) {
         all.devices.push_back(made);
     } else {
-        *place = made;
+        *open = made;
     }
     return made;
 }
@@ -123,11 +123,11 @@ void RayBuffers::add_to(Bindings& bindings) const {
 std::unique_ptr<RayBuffers> RayBufferPool::take(Device& device, const PassSize& size,
                                                 BufferKind kind) {
     std::unique_lock lock(mutex_);
-    const auto place = std::ranges::find_if(
+    const auto idle = std::ranges::find_if(
         idle_, [&](const auto& buffers) { return buffers->size == size && buffers->kind == kind; });
-    if (place != idle_.end()) {
-        std::unique_ptr<RayBuffers> buffers = std::move(*place);
-        idle_.erase(place);
+    if (idle != idle_.end()) {
+        std::unique_ptr<RayBuffers> buffers = std::move(*idle);
+        idle_.erase(idle);
         return buffers;
     }
     lock.unlock();

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "gpu/limits.h"
-#include "gpu/vulkan/buffer.h"
-#include "gpu/vulkan/device.h"
 #include "gpu/vulkan/pipeline.h"
 #include "gpu/vulkan_backend.h"
 

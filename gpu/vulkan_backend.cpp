@@ -16,7 +16,6 @@
 #include "gpu/limits.h"
 #include "gpu/queries.h"
 #include "gpu/ray_passes.h"
-#include "gpu/refit_pass.h"
 #include "gpu/shared_device.h"
 
 namespace mray::gpu {
@@ -42,7 +41,7 @@ public:
           kind_(buffer_kind(physical(), tuning)),
           context_(shared_->device, tuning.submit_timeout_ms),
           transfer_(context_),
-          kernels_(*shared_, context_, tuning),
+          kernels_(*shared_, context_, kind_, step_budget(physical(), tuning)),
           passes_(*shared_, context_, kernels_, scene_, pass_size(physical(), tuning), kind_,
                   step_budget(physical(), tuning)),
           scene_(shared_->device, kind_, transfer_, Topology{}, {}, empty_tree()),

@@ -1,14 +1,17 @@
 #include "gpu/vulkan/context.h"
 
+#include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <numeric>
 #include <utility>
 
 #include "common/frame_times.h"
-#include "gpu/vulkan/result.h"
 
 namespace mray::gpu {
 namespace {
+
+constexpr VkDeviceSize kStagingBytes = VkDeviceSize{8} << 20;
 
 // The start, the deferred work, and the stages.
 constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
@@ -69,15 +72,15 @@ Context::Context(Device& device, std::uint64_t timeout_ms)
     device_.throw_on_validation_errors();
 }
 
-void Context::record_all(const Record& record, const DeferredWork* deferred) {
+void Context::record_all(const Record& record, const Deferred* deferred) {
     check(vkResetCommandPool(device_.get(), pool_.get(), 0), "reset the command pool");
     const VkCommandBufferBeginInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
         .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
     };
     check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
-    // Writer: kernels and copies of earlier submissions; reader: those of this one. The fence has
-    // made the writes available, but not visible to the device.
+    // Writer: kernels and copies of earlier submissions; reader: kernels and copies of this one.
+    // The fence has made the writes available, but not visible to the device.
     barrier(commands_);
     if (queries_.get() != VK_NULL_HANDLE) {
         vkCmdResetQueryPool(commands_, queries_.get(), 0, kStampCount);
@@ -106,7 +109,10 @@ void Context::stamp(VkCommandBuffer commands) {
     ++stamp_count_;
 }
 
-void Context::submit_commands() {
+std::vector<double> Context::submit_stages(const char* what, const Record& record) {
+    const std::optional<Deferred> deferred = std::exchange(deferred_, std::nullopt);
+    record_all(record, deferred ? &*deferred : nullptr);
+    const Stopwatch watch;
     const VkFence fence = fence_.get();
     check(vkResetFences(device_.get(), 1, &fence), "reset a fence");
     const VkSubmitInfo submission = {
@@ -115,13 +121,6 @@ void Context::submit_commands() {
         .pCommandBuffers = &commands_,
     };
     device_.submit(submission, fence);
-}
-
-std::vector<double> Context::submit_stages(const char* what, const Record& record) {
-    const std::optional<DeferredWork> deferred = std::exchange(deferred_, std::nullopt);
-    record_all(record, deferred ? &*deferred : nullptr);
-    const Stopwatch watch;
-    submit_commands();
     wait(what);
     std::vector<double> stages = stage_ms(watch.ms());
     device_.throw_on_validation_errors();
@@ -183,6 +182,50 @@ std::vector<double> Context::stage_ms(double wall_ms) const {
 void barrier(VkCommandBuffer commands) {
     barrier_before(commands, kWork,
                    kWrites | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT);
+}
+
+void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to) {
+    assert(bytes.size() <= to.size());
+    if (bytes.empty()) return;
+    if (!to.mapped().empty()) {
+        std::memcpy(to.mapped().data(), bytes.data(), bytes.size());
+        return;
+    }
+    for (std::size_t at = 0; at < bytes.size(); at += kStagingBytes) {
+        const std::size_t size = std::min<std::size_t>(bytes.size() - at, kStagingBytes);
+        std::memcpy(staging().mapped().data(), bytes.data() + at, size);
+        copy(staging(), to, {.srcOffset = 0, .dstOffset = at, .size = size});
+    }
+}
+
+void Transfer::download(const Buffer& from, std::span<std::byte> bytes) {
+    assert(bytes.size() <= from.size());
+    if (bytes.empty()) return;
+    if (!from.mapped().empty()) {
+        std::memcpy(bytes.data(), from.mapped().data(), bytes.size());
+        return;
+    }
+    for (std::size_t at = 0; at < bytes.size(); at += kStagingBytes) {
+        const std::size_t size = std::min<std::size_t>(bytes.size() - at, kStagingBytes);
+        copy(from, staging(), {.srcOffset = at, .dstOffset = 0, .size = size});
+        std::memcpy(bytes.data() + at, staging().mapped().data(), size);
+    }
+}
+
+void Transfer::run(const Record& copy) {
+    if (copy) context_.submit("copy", copy);
+}
+
+void Transfer::copy(const Buffer& from, const Buffer& to, const VkBufferCopy& range) {
+    run([&](VkCommandBuffer commands) {
+        vkCmdCopyBuffer(commands, from.get(), to.get(), 1, &range);
+    });
+}
+
+const Buffer& Transfer::staging() {
+    if (staging_.get() == VK_NULL_HANDLE)
+        staging_ = Buffer(context_.device(), "staging", kStagingBytes, 0, Memory::kHost);
+    return staging_;
 }
 
 }  // namespace mray::gpu

@@ -1,19 +1,462 @@
 #include "gpu/vulkan/device.h"
 
-#include <algorithm>
-#include <utility>
-#include <vector>
+#include <fmt/format.h>
+#include <unistd.h>
 
-#include "gpu/vulkan/result.h"
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::gpu {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+/// The process that has made an instance.
+std::atomic<::pid_t> driver_process = 0;
+
+/// The first call reports these two results for a driver that cannot be started and, in loader
+/// 1.3.239 but not 1.4.309, for a manifest that cannot be parsed.
+void check_loader(VkResult result, const char* action) {
+    const bool has_memory = result != VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (!has_memory || result == VK_ERROR_INITIALIZATION_FAILED) {
+        throw_unavailable(
+            std::string(has_memory ? "" : "memory ran out, or ") +
+            "a driver on this machine is broken: it cannot be started, or its manifest "
+            "cannot be read (" +
+            result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+    }
+    check(result, action);
+}
+
+void load_library(PFN_vkGetInstanceProcAddr loader) {
+    if (loader != nullptr) {
+        volkInitializeCustom(loader);
+    } else if (volkInitialize() != VK_SUCCESS) {
+        throw_unavailable("no Vulkan library (libvulkan.so.1) on this machine; install libvulkan1");
+    }
+    // Missing in loaders of Vulkan 1.0.
+    if (vkEnumerateInstanceVersion == nullptr)
+        throw_unavailable(
+            "the Vulkan library on this machine is older than 1.1; install a newer one");
+}
+
+template <class Function>
+Function function_of(VkInstance instance, const char* name) {
+    return reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
+}
+
+/// Fills volk's pointers, which other threads may be using, unless they are from this loader. They
+/// serve all of its instances and devices, so volkLoadInstance, not volkLoadDevice.
+void load_functions(VkInstance instance) {
+    if (vkCreateDevice != function_of<PFN_vkCreateDevice>(instance, "vkCreateDevice") ||
+        vkQueueSubmit != function_of<PFN_vkQueueSubmit>(instance, "vkQueueSubmit"))
+        volkLoadInstance(instance);
+}
+
+/// Whether `list`, a function of the loader, lists an item of this name.
+template <class Item, class List>
+bool lists(char (Item::*name)[VK_MAX_EXTENSION_NAME_SIZE], const char* wanted, const char* action,
+           List list) {
+    std::vector<Item> items;
+    check_loader(read_list(items, list), action);
+    return std::ranges::any_of(
+        items, [&](const Item& item) { return std::strcmp(item.*name, wanted) == 0; });
+}
+
+bool has_extension(const char* name) {
+    return lists(&VkExtensionProperties::extensionName, name, "list instance extensions",
+                 [](std::uint32_t* count, VkExtensionProperties* items) {
+                     return vkEnumerateInstanceExtensionProperties(nullptr, count, items);
+                 });
+}
+
+bool has_layer(const char* name) {
+    return lists(&VkLayerProperties::layerName, name, "list instance layers",
+                 vkEnumerateInstanceLayerProperties);
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                          VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                          void* user_data) {
+    std::string text = data->pMessage != nullptr ? data->pMessage : "(no text)";
+    // Some versions of the layer leave the name of the rule out of the text.
+    const char* rule = data->pMessageIdName;
+    if (rule != nullptr && text.find(rule) == std::string::npos)
+        text = std::string(rule) + ": " + text;
+    static_cast<ValidationLog*>(user_data)->add(std::move(text));
+    return VK_FALSE;
+}
+
+VkInstance create_instance(const VkInstanceCreateInfo& info) {
+    VkInstance instance = VK_NULL_HANDLE;
+    const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+    if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
+        throw_unavailable(
+            "no driver on this machine, or none that loads: its manifest can be damaged, or the "
+            "library that it names missing (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for "
+            "example mesa-vulkan-drivers, or see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+    }
+    check_loader(result, "create an instance");
+    return instance;
+}
+
+}  // namespace
+
+bool is_forked() { return driver_process != 0 && driver_process != ::getpid(); }
+
+void throw_if_forked() {
+    if (is_forked())
+        throw_unavailable("it does not survive a fork; start processes by spawn or exec");
+}
+
+void ValidationLog::add(std::string message) {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back(std::move(message));
+}
+
+std::vector<std::string> ValidationLog::messages() const {
+    const std::lock_guard lock(mutex_);
+    return messages_;
+}
+
+void ValidationLog::throw_if_new() {
+    const std::lock_guard lock(mutex_);
+    if (reported_ == messages_.size()) return;
+    const std::string& first = messages_[reported_];
+    const std::size_t count = messages_.size() - reported_;
+    reported_ = messages_.size();
+    throw Error(ErrorKind::kInternal,
+                "Vulkan validation: " + std::to_string(count) + " error(s), the first: " + first);
+}
+
+VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
+    return {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = on_message,
+        .pUserData = this,
+    };
+}
+
+Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log)
+    : log_(log != nullptr ? *log : own_log_) {
+    load_library(loader);
+    driver_process = ::getpid();
+    if (validate &&
+        !(has_layer(kValidationLayer) && has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME))) {
+        throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
+                          " is not installed; install vulkan-validationlayers");
+    }
+
+    const VkApplicationInfo application = {
+        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+        .pApplicationName = "morphray",
+        .apiVersion = VK_API_VERSION_1_2,
+    };
+    const VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
+    // The messenger in the chain receives messages from creation and destruction of the instance.
+    const VkValidationFeatureEnableEXT enabled[] = {
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
+    };
+    const void* chain = &messenger;
+#ifdef VK_EXT_layer_settings
+    // Layers with settings look for missing barriers between shaders only if asked.
+    const VkBool32 is_on = VK_TRUE;
+    const VkLayerSettingEXT setting = {.pLayerName = kValidationLayer,
+                                       .pSettingName = "syncval_shader_accesses_heuristic",
+                                       .type = VK_LAYER_SETTING_TYPE_BOOL32_EXT,
+                                       .valueCount = 1,
+                                       .pValues = &is_on};
+    const VkLayerSettingsCreateInfoEXT settings = {
+        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+        .pNext = chain,
+        .settingCount = 1,
+        .pSettings = &setting,
+    };
+    chain = &settings;
+#endif
+    const VkValidationFeaturesEXT features = {
+        .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
+        .pNext = chain,
+        .enabledValidationFeatureCount = 1,
+        .pEnabledValidationFeatures = enabled,
+    };
+    const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    handle_ = create_instance({
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pNext = validate ? &features : nullptr,
+        .pApplicationInfo = &application,
+        .enabledLayerCount = validate ? 1u : 0u,
+        .ppEnabledLayerNames = &kValidationLayer,
+        .enabledExtensionCount = validate ? 1u : 0u,
+        .ppEnabledExtensionNames = &extension,
+    });
+    load_functions(handle_);
+    if (!validate) return;
+    // From this instance: volk's pointers may later be from an instance without debug utils.
+    const auto create =
+        function_of<PFN_vkCreateDebugUtilsMessengerEXT>(handle_, "vkCreateDebugUtilsMessengerEXT");
+    destroy_messenger_ = function_of<PFN_vkDestroyDebugUtilsMessengerEXT>(
+        handle_, "vkDestroyDebugUtilsMessengerEXT");
+    const VkResult result = create(handle_, &messenger, nullptr, &messenger_);
+    if (result == VK_SUCCESS) return;
+    vkDestroyInstance(handle_, nullptr);
+    throw_result(result, "create the validation messenger");
+}
+
+Instance::~Instance() {
+    if (is_forked()) return;
+    if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
+    vkDestroyInstance(handle_, nullptr);
+}
+
+namespace {
+
+/// Types of devices by name, the preferred first.
+constexpr std::pair<VkPhysicalDeviceType, const char*> kDeviceTypes[] = {
+    {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, "discrete"},
+    {VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU, "integrated"},
+    {VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU, "virtual"},
+    {VK_PHYSICAL_DEVICE_TYPE_CPU, "cpu"},
+};
+
+const char* type_name(VkPhysicalDeviceType type) {
+    for (const auto& [value, name] : kDeviceTypes) {
+        if (value == type) return name;
+    }
+    return "other";
+}
+
+/// The compute queue family with the fewest other capabilities: a dedicated one runs undisturbed.
+std::optional<std::uint32_t> compute_family(std::span<const VkQueueFamilyProperties> families) {
+    std::optional<std::uint32_t> best;
+    for (std::uint32_t i = 0; i < families.size(); ++i) {
+        const VkQueueFlags flags = families[i].queueFlags;
+        if ((flags & VK_QUEUE_COMPUTE_BIT) == 0 || families[i].queueCount == 0) continue;
+        const bool is_dedicated = (flags & VK_QUEUE_GRAPHICS_BIT) == 0;
+        if (!best || is_dedicated) best = i;
+        if (is_dedicated) break;
+    }
+    return best;
+}
+
+std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice device) {
+    std::uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+    return families;
+}
+
+/// Whether lavapipe was told to use vectors of an unusual width. Mesa 25.0.7, unlike 22.3.6, then
+/// crashes (4 lanes: misaligned stores) or gives wrong results (16 lanes, unless
+/// GALLIVM_PERF=nopt turns LLVM's optimisations off).
+bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
+                       std::uint32_t subgroup_size) {
+    // Lavapipe's version number is always 1.
+    unsigned mesa = 0;
+    return driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE && subgroup_size != 8 &&
+           std::getenv("LP_NATIVE_VECTOR_WIDTH") != nullptr &&
+           std::sscanf(driver.driverInfo, "Mesa %u", &mesa) == 1 && mesa > 22;
+}
+
+/// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.
+std::string describe_1_1(PhysicalDevice& device) {
+    std::vector<VkExtensionProperties> extensions;
+    const VkResult listed =
+        read_list(extensions, [&](std::uint32_t* count, VkExtensionProperties* items) {
+            return vkEnumerateDeviceExtensionProperties(device.handle, nullptr, count, items);
+        });
+    check(listed, "list device extensions");
+    const auto has = [&](std::string_view name) {
+        return std::ranges::any_of(
+            extensions, [&](const auto& extension) { return name == extension.extensionName; });
+    };
+    const bool is_1_2 = device.info.api_major > 1 || device.info.api_minor >= 2;
+    const bool has_driver = is_1_2 || has(VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME);
+    const bool has_float_controls = is_1_2 || has(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
+    device.float_controls_is_extension = !is_1_2;
+
+    VkPhysicalDeviceFloatControlsProperties floats = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES};
+    VkPhysicalDeviceDriverProperties driver = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+    VkPhysicalDeviceMaintenance3Properties maintenance = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES};
+    VkPhysicalDeviceSubgroupProperties subgroup = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, .pNext = &maintenance};
+    VkPhysicalDeviceIDProperties id = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES,
+                                       .pNext = &subgroup};
+    if (has_driver) driver.pNext = std::exchange(id.pNext, &driver);
+    if (has_float_controls) floats.pNext = std::exchange(id.pNext, &floats);
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &id};
+    vkGetPhysicalDeviceProperties2(device.handle, &properties);
+
+    device.limits = properties.properties.limits;
+    device.max_allocation = maintenance.maxMemoryAllocationSize;
+    device.info.uuid = fmt::format("{:02x}", fmt::join(id.deviceUUID, ""));
+    device.info.subgroup_size = subgroup.subgroupSize;
+    if (has_driver) {
+        device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
+    }
+    if (has_unsound_width(driver, subgroup.subgroupSize)) {
+        return "it crashes or gives wrong results with such a width of vectors; unset "
+               "LP_NATIVE_VECTOR_WIDTH";
+    }
+    if (!has_float_controls) return "it lacks VK_KHR_shader_float_controls";
+    if (floats.shaderRoundingModeRTEFloat32 == VK_FALSE) {
+        return "it does not promise to round 32-bit floats to nearest";
+    }
+    if (floats.shaderSignedZeroInfNanPreserveFloat32 == VK_FALSE) {
+        return "it does not promise to keep signed zeros, infinities and NaNs of 32-bit floats";
+    }
+    return "";
+}
+
+std::string find_queue(PhysicalDevice& device) {
+    const std::vector<VkQueueFamilyProperties> families = queue_families(device.handle);
+    const std::optional<std::uint32_t> family = compute_family(families);
+    if (!family) return "it has no compute queue";
+    device.queue_family = *family;
+    device.timestamp_bits = families[*family].timestampValidBits;
+    return "";
+}
+
+PhysicalDevice describe(VkPhysicalDevice handle, std::uint32_t index) {
+    PhysicalDevice device;
+    device.handle = handle;
+    VkPhysicalDeviceProperties properties = {};
+    vkGetPhysicalDeviceProperties(handle, &properties);
+    vkGetPhysicalDeviceMemoryProperties(handle, &device.memory);
+    device.info.index = index;
+    device.info.name = properties.deviceName;
+    device.info.type = type_name(properties.deviceType);
+    device.info.api_major = VK_API_VERSION_MAJOR(properties.apiVersion);
+    device.info.api_minor = VK_API_VERSION_MINOR(properties.apiVersion);
+    for (std::uint32_t i = 0; i < device.memory.memoryHeapCount; ++i) {
+        const VkMemoryHeap& heap = device.memory.memoryHeaps[i];
+        if ((heap.flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) == 0) continue;
+        device.info.memory_bytes = std::max<std::uint64_t>(device.info.memory_bytes, heap.size);
+    }
+    if (properties.apiVersion < VK_API_VERSION_1_1) {
+        device.info.unusable = "it has only Vulkan 1.0; 1.1 is needed";
+        return device;
+    }
+    device.info.unusable = describe_1_1(device);
+    if (device.info.unusable.empty()) device.info.unusable = find_queue(device);
+    return device;
+}
+
+std::string listing(std::span<const DeviceInfo> devices) {
+    std::string text;
+    for (const DeviceInfo& d : devices) {
+        text += fmt::format("{}{}: {}{}", text.empty() ? "" : ", ", d.index, d.name,
+                            d.unusable.empty() ? "" : " (unusable)");
+    }
+    return text;
+}
+
+/// 32 hex digits without their dashes, or nothing.
+std::string as_uuid(const std::string& wanted) {
+    std::string digits = lower_case(wanted);
+    digits.erase(std::remove(digits.begin(), digits.end(), '-'), digits.end());
+    const bool is_hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+    return digits.size() == 32 && is_hex ? digits : "";
+}
+
+auto rank(const DeviceInfo& device) {
+    return std::ranges::find(kDeviceTypes, device.type,
+                             [](const auto& type) { return std::string_view(type.second); }) -
+           kDeviceTypes;
+}
+
+std::size_t preferred_device(std::span<const DeviceInfo> devices) {
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        if (!devices[i].unusable.empty()) continue;
+        if (!best || rank(devices[i]) < rank(devices[*best])) best = i;
+    }
+    if (best) return *best;
+    std::string text = "Vulkan: no usable device: ";
+    for (const DeviceInfo& d : devices) text += fmt::format("{}: {}; ", d.name, d.unusable);
+    throw Error(ErrorKind::kUnavailable, text + "use the CPU backend");
+}
+
+std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std::string& wanted) {
+    std::vector<std::size_t> found;
+    const std::string uuid = as_uuid(wanted);
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        const bool fits =
+            uuid.empty() ? lower_case(devices[i].name).find(lower_case(wanted)) != std::string::npos
+                         : devices[i].uuid == uuid;
+        if (fits) found.push_back(i);
+    }
+    return found;
+}
+
+}  // namespace
+
+std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
+    std::vector<VkPhysicalDevice> handles;
+    const VkResult listed = read_list(handles, [&](std::uint32_t* count, VkPhysicalDevice* items) {
+        return vkEnumeratePhysicalDevices(instance.get(), count, items);
+    });
+    check(listed, "list devices");
+    if (handles.empty()) {
+        throw_unavailable(
+            "the drivers on this machine have no device; install one, for example "
+            "mesa-vulkan-drivers");
+    }
+    std::vector<PhysicalDevice> devices;
+    for (std::uint32_t i = 0; i < handles.size(); ++i) devices.push_back(describe(handles[i], i));
+    return devices;
+}
+
+std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted) {
+    if (wanted.empty()) return preferred_device(devices);
+    std::vector<std::size_t> found;
+    if (const auto index = parse_unsigned(wanted); index && as_uuid(wanted).empty()) {
+        if (*index >= devices.size()) {
+            throw Error(ErrorKind::kUnavailable,
+                        fmt::format("Vulkan: there is no device {}; the devices are {}", wanted,
+                                    listing(devices)));
+        }
+        found.push_back(*index);
+    } else {
+        found = matches(devices, wanted);
+    }
+    if (found.size() != 1) {
+        throw Error(ErrorKind::kUnavailable,
+                    fmt::format("Vulkan: {} device fits '{}'; the devices are {}",
+                                found.empty() ? "no" : "more than one", wanted, listing(devices)));
+    }
+    const DeviceInfo& device = devices[found.front()];
+    if (!device.unusable.empty()) {
+        throw Error(ErrorKind::kUnavailable,
+                    fmt::format("Vulkan: device {} ({}) cannot be used: {}", device.index,
+                                device.name, device.unusable));
+    }
+    return found.front();
+}
+
 namespace {
 
 struct GivenUp {
     std::atomic<bool> is_any = false;
     std::mutex mutex;
     std::vector<VkDevice> devices;
-    /// Their instances must stay, and the drivers with them.
+    /// Instances, and so their drivers, must stay loaded.
     std::vector<std::shared_ptr<Instance>> instances;
 };
 

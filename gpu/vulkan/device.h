@@ -1,21 +1,84 @@
-// A device with its queue and its memory, which all backends on it share.
+// The Vulkan instance, the machine's devices, and a device with its queue and memory.
 #pragma once
 
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <span>
+#include <string>
+#include <vector>
 
-#include "gpu/vulkan/device_info.h"
-#include "gpu/vulkan/instance.h"
 #include "gpu/vulkan/memory.h"
-#include "gpu/vulkan/unique_handle.h"
 
 namespace mray::gpu {
 
-/// Threads may share it. Objects made of it must not outlive it.
+/// Collects messages of error severity, from any thread.
+class ValidationLog {
+public:
+    void add(std::string message);
+    std::vector<std::string> messages() const;
+    /// Throws Error(kInternal) with the first message since the last call that threw.
+    void throw_if_new();
+
+    /// For vkCreateDebugUtilsMessengerEXT; must outlive the messenger.
+    VkDebugUtilsMessengerCreateInfoEXT messenger_info();
+
+private:
+    mutable std::mutex mutex_;
+    std::vector<std::string> messages_;
+    std::size_t reported_ = 0;
+};
+
+/// Whether a parent process made an instance before it forked: calls may wait for lost threads.
+bool is_forked();
+void throw_if_forked();
+
+/// Owns a VkInstance and, with validation, the messenger that fills its log. Constructors fill
+/// volk's global pointers, one thread at a time; others may call meanwhile.
+class Instance {
+public:
+    /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, one older than
+    /// 1.1, no driver, a broken driver, no validation layer although `validate` is set. Messages
+    /// of validation go to `log`, if there is one; it must outlive this.
+    Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log = nullptr);
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    VkInstance get() const { return handle_; }
+    ValidationLog& log() { return log_; }
+
+private:
+    ValidationLog own_log_;
+    ValidationLog& log_;
+    VkInstance handle_ = VK_NULL_HANDLE;
+    VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+    PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
+};
+
+/// A device as Vulkan describes it. If it is not usable, only `handle` and `info` are valid.
+struct PhysicalDevice {
+    VkPhysicalDevice handle = VK_NULL_HANDLE;
+    DeviceInfo info;
+    VkPhysicalDeviceLimits limits = {};
+    VkPhysicalDeviceMemoryProperties memory = {};
+    VkDeviceSize max_allocation = 0;
+    std::uint32_t queue_family = 0;
+    std::uint32_t timestamp_bits = 0;          // 0: no timestamps
+    bool float_controls_is_extension = false;  // as in Vulkan 1.1
+};
+
+/// All devices in the loader's order. Throws Error(kUnavailable) if there is none.
+std::vector<PhysicalDevice> physical_devices(const Instance& instance);
+
+/// The index of the device that `wanted` names (VulkanConfig::device). Throws Error(kUnavailable),
+/// with the list of devices, if there is none, more than one, or if it is not usable.
+std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted);
+
+/// A device with its queue and memory, for all backends on it. Threads may share it. Objects made
+/// of it must not outlive it.
 class Device {
 public:
-    /// Throws Error as make_vulkan_backend().
     Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool force_staging);
     ~Device();
     Device(const Device&) = delete;
@@ -25,12 +88,12 @@ public:
     const PhysicalDevice& physical() const { return physical_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.limits; }
 
-    /// Submits commands, one thread at a time. Throws Error.
+    /// Submits commands, one thread at a time.
     void submit(const VkSubmitInfo& submission, VkFence fence);
 
     void finish() noexcept;
 
-    /// Whether work on it failed for good. It is not used for new scenes.
+    /// Whether work on it failed for good: it is not used for new scenes.
     bool is_lost() const { return is_lost_; }
     void set_lost() { is_lost_ = true; }
     /// set_lost() for a device that does not answer: nothing of it is ever destroyed, since it may

@@ -1,6 +1,7 @@
-// Memory of buffers: small ones share a block, since some devices allow 4,096 allocations.
+// Buffers, their memory, and how kernels see them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -9,9 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "gpu/vulkan/unique_handle.h"
+#include "gpu/vulkan/vulkan_api.h"
+#include "gpu/vulkan/vulkan_config.h"
+#include "shaders/kernel_interface.h"
 
 namespace mray::gpu {
+
+class Device;
 
 /// An allocation, mapped for as long as it lives if the host sees it. Threads may share it.
 class MemoryBlock {
@@ -24,10 +29,10 @@ public:
     /// Empty if it is not mapped.
     std::span<std::byte> mapped() const { return mapped_; }
 
-    /// Takes bytes at a multiple of `alignment`; returns their offset, or kNoRoom.
+    /// Allocates bytes at a multiple of `alignment`; returns their offset, or kNoSpace.
     VkDeviceSize take(VkDeviceSize size, VkDeviceSize alignment);
     void give_back(VkDeviceSize offset, VkDeviceSize size);
-    static constexpr VkDeviceSize kNoRoom = ~VkDeviceSize{0};
+    static constexpr VkDeviceSize kNoSpace = ~VkDeviceSize{0};
 
 private:
     struct Range {
@@ -38,23 +43,23 @@ private:
     std::uint32_t type_;
     std::span<std::byte> mapped_;
     std::mutex mutex_;
-    /// What is free, in ascending order; no two ranges touch.
+    /// Free ranges in ascending order; no two touch.
     std::vector<Range> free_;
-    std::size_t part_count_ = 0;
+    std::size_t range_count_ = 0;
 };
 
-/// A part of a block, which goes back to it at its end.
-class MemoryPart {
+/// Owns bytes of a block.
+class MemoryRange {
 public:
-    MemoryPart() = default;
-    MemoryPart(std::shared_ptr<MemoryBlock> block, VkDeviceSize offset, VkDeviceSize size)
+    MemoryRange() = default;
+    MemoryRange(std::shared_ptr<MemoryBlock> block, VkDeviceSize offset, VkDeviceSize size)
         : block_(std::move(block)), offset_(offset), size_(size) {}
-    MemoryPart(MemoryPart&& other) noexcept { swap(other); }
-    MemoryPart& operator=(MemoryPart&& other) noexcept {
+    MemoryRange(MemoryRange&& other) noexcept { swap(other); }
+    MemoryRange& operator=(MemoryRange&& other) noexcept {
         swap(other);
         return *this;
     }
-    ~MemoryPart() {
+    ~MemoryRange() {
         if (block_ != nullptr) block_->give_back(offset_, size_);
     }
 
@@ -62,7 +67,7 @@ public:
     VkDeviceSize offset() const { return offset_; }
 
 private:
-    void swap(MemoryPart& other) {
+    void swap(MemoryRange& other) {
         std::swap(block_, other.block_);
         std::swap(offset_, other.offset_);
         std::swap(size_, other.size_);
@@ -73,16 +78,76 @@ private:
     VkDeviceSize size_ = 0;
 };
 
-/// Threads may share it.
+/// Small buffers share a block, since some devices allow 4,096 allocations. Threads may share it.
 class MemoryBlocks {
 public:
-    /// Takes memory for a buffer `name`. Throws Error(kLimit) if there is not enough.
-    MemoryPart take(VkDevice device, const std::string& name, const VkMemoryRequirements& needs,
-                    std::uint32_t type, bool is_mapped);
+    /// Allocates memory for a buffer `name`. Throws Error(kLimit) if there is not enough.
+    MemoryRange take(VkDevice device, const std::string& name, const VkMemoryRequirements& needs,
+                     std::uint32_t type, bool is_mapped);
 
 private:
     std::mutex mutex_;
     std::vector<std::weak_ptr<MemoryBlock>> blocks_;
+};
+
+enum class Memory {
+    kDevice,  // fastest for the device; mapped if the host sees it through its cache
+    kHost,    // mapped, for copies
+};
+
+struct MemoryChoice {
+    std::uint32_t type;
+    /// Whether the host maps it: device memory only if cached, since uncached reads are slow.
+    bool is_mapped;
+};
+/// Chooses among the memory types of a device whose bits a buffer allows. Throws
+/// Error(kUnavailable) if none is suitable, which Vulkan rules out.
+MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
+                           std::uint32_t allowed_bits, Memory memory);
+
+class Buffer {
+public:
+    Buffer() = default;
+    /// May be some bytes larger than `size`, and is never empty. Throws Error(kLimit), which names
+    /// it, if there is not enough memory.
+    Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
+           Memory memory);
+
+    VkBuffer get() const { return buffer_.get(); }
+    VkDeviceSize size() const { return size_; }
+    /// The memory as the host sees it, coherently; empty if the host does not see it.
+    std::span<std::byte> mapped() const { return mapped_; }
+
+private:
+    MemoryRange memory_;
+    UniqueBuffer buffer_;
+    VkDeviceSize size_ = 0;
+    std::span<std::byte> mapped_;
+};
+
+UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format);
+
+/// The resource of each binding number, a view or a buffer; null if there is none.
+struct Bindings {
+    std::array<VkBufferView, kBindingCount> views = {};
+    std::array<VkBuffer, kBindingCount> buffers = {};
+};
+
+/// A buffer that kernels read as texels or as storage, whichever is faster on the device.
+struct ReadBuffer {
+    ReadBuffer() = default;
+    /// Texels are uniform ones, or storage texels if the buffer `is_written` by words too. `usage`
+    /// is further usage.
+    ReadBuffer(Device& device, BufferKind kind, const char* name, VkDeviceSize size,
+               VkFormat format, VkBufferUsageFlags usage = 0, bool is_written = false);
+
+    void bind(Bindings& bindings, std::uint32_t number) const;
+    void bind_words(Bindings& bindings, std::uint32_t number) const;
+
+    Buffer buffer;
+    // Null for a storage buffer.
+    UniqueBufferView view;
+    UniqueBufferView words;
 };
 
 }  // namespace mray::gpu

@@ -1,8 +1,9 @@
-// A compiled kernel, and the resources of one of its users.
+// A kernel: its SPIR-V, its compiled pipeline, and the resources that a user of it binds.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -10,13 +11,30 @@
 #include <utility>
 #include <vector>
 
-#include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/device.h"
-#include "gpu/vulkan/spirv.h"
 
 namespace mray::gpu {
 
-/// Push constants that every device has.
+struct SpirvInstruction {
+    std::uint32_t opcode;
+    /// Without the first word, which holds the opcode.
+    std::span<const std::uint32_t> operands;
+};
+
+/// The instructions of a module; its words outlive them. Throws Error(kInternal) on other words.
+std::vector<SpirvInstruction> read_spirv(std::span<const std::uint32_t> words);
+
+struct ShaderBinding {
+    std::uint32_t number;
+    VkDescriptorType type;
+    bool operator==(const ShaderBinding&) const = default;
+};
+
+/// The bindings, ascending, of a kernel that uses texel buffers and storage buffers of descriptor
+/// set 0. Throws Error(kInternal) on any other resource.
+std::vector<ShaderBinding> shader_bindings(std::span<const std::uint32_t> words);
+
+/// Bytes of push constants that every device supports.
 inline constexpr std::uint32_t kMostArgumentBytes = 128;
 
 /// Threads may share it.
@@ -31,7 +49,7 @@ public:
     VkPipelineLayout layout() const { return layout_.get(); }
     VkPipeline get() const { return pipeline_.get(); }
 
-    /// Whether it has been dispatched, which some drivers need to finish compiling it.
+    /// Whether it has been dispatched: some drivers finish compiling only then.
     bool is_warm() const { return is_warm_; }
     void set_warm() { is_warm_ = true; }
 
@@ -68,7 +86,7 @@ private:
     VkDescriptorSet set_;
 };
 
-/// The pipelines of a device, each compiled once, when it is first asked for. Threads may share it.
+/// The pipelines of a device, each compiled once, at its first use. Threads may share it.
 class Pipelines {
 public:
     /// The words must outlive this. Throws Error, and can then be called again.

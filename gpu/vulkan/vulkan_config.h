@@ -1,4 +1,4 @@
-// Which device of Vulkan is used and how, and what is known of it.
+// Which Vulkan device is used and how, and its description.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,8 @@ struct VulkanConfig {
 };
 
 enum class BufferKind {
-    kTexels,   // as texels, which lavapipe reads three times as fast
-    kStorage,  // as they are, which a GPU does as fast, and without the bound of 2^27 texels
+    kTexels,   // which lavapipe reads three times as fast
+    kStorage,  // which a GPU reads as fast, without the limit of 2^27 texels
 };
 
 /// Settings that change no result. Tests use them to reach rare paths.
@@ -34,11 +34,11 @@ struct Tuning {
     std::uint32_t step_budget = 0;
     /// Tiles of 8x8 pixels, or 64 rays, of one dispatch at most; 0: by the device (pass_size()).
     std::uint32_t tiles_per_dispatch = 0;
-    /// Suspended rays that one dispatch continues, each of which takes 2 KB; 0: by the device.
+    /// Suspended rays of 2 KB each that one dispatch continues; 0: by the device.
     std::uint32_t resume_slots = 0;
     /// How kernels read buffers; unset: by the device (buffer_kind()).
     std::optional<BufferKind> buffer_kind = std::nullopt;
-    /// Copy through a staging buffer even if the host sees the device's memory.
+    /// Copies through a staging buffer even if the host sees the device's memory.
     bool force_staging = false;
     std::uint64_t submit_timeout_ms = 60'000;
     LoaderFunction loader = nullptr;

@@ -1,17 +1,18 @@
 // Traces secondary rays of visible pixels, one a lane: shadow or ambient-occlusion rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
-#include "shaders/base/found_hits.glsl"
-#include "shaders/shade/pixel_surface.glsl"
-#include "shaders/base/lavapipe.h"
+#include "common/interop/camera.h"
+#include "common/interop/surface.h"
 #include "shaders/single_ray/traverse.glsl"
-#include "shaders/single_ray/work.glsl"
 
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
+READ3(Positions, positions, kBindPositions);
+READ4(Triangles, triangles, kBindTriangles);
+READ4(FoundHits, found_hits, kBindFoundHits);
 READ1(VisiblePixels, visible_pixels, kBindVisiblePixels);
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
@@ -25,9 +26,12 @@ void main() {
     uint index = AT1(visible_pixels, i / samples);
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;
-    Hit hit = found_hit(index);
-    Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
-                              scene_triangle(hit.prim_id));
+    Hit hit = hit_from(AT4(found_hits, index));
+    uvec4 triangle = AT4(triangles, hit.prim_id);
+    Surface s = surface_at(camera_ray(args.params.camera, x, y), hit,
+                           uintBitsToFloat(AT3(positions, triangle.x)),
+                           uintBitsToFloat(AT3(positions, triangle.y)),
+                           uintBitsToFloat(AT3(positions, triangle.z)));
     Ray ray = shadow_ray(s, args.params.light);
     if (!is_shadow) ray = ao_ray(s, x, y, i % samples, args.params.ao_tfar);
     bool is_traced = !is_shadow || faces_light(s, args.params.light);

@@ -3,19 +3,17 @@
 // fourth word, which has the bits of a squared distance.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
-#include "shaders/base/buffers.glsl"
-#include "shaders/kernel_interface.h"
+#include "shaders/queries/visits.glsl"
 
 READ4(Points, points, kBindRays);
 
-uvec4 answer;
 vec3 point;
 
-// Bits of floats that are not negative order as these do.
+// The bits of floats that are not negative have the floats' order.
 
 bool meets(vec3 lower, vec3 upper, out uint key) {
     key = floatBitsToUint(box_distance2(point, lower, upper));
@@ -33,8 +31,6 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     }
     return 0u;
 }
-
-#include "shaders/queries/visits.glsl"
 
 void main() {
     uint query;

@@ -1,19 +1,17 @@
-// Hits of rays, one ray a lane: their number, in the answer's first word, with kCountTouches if one of
-// them may be at an edge or a vertex; or the first hit after a cursor, whose t is the ray's tnear. Each
-// ray's word of kBindVisiblePixels is the lowest prim_id of those hits at tnear that count.
+// Hits of rays, one ray a lane: their number, in the answer's first word, with kCountTouches if one may
+// be at an edge or a vertex; or the first hit after a cursor, whose t is the ray's tnear. Each ray's
+// word of kBindVisiblePixels is the lowest prim_id of the hits at tnear that count.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/slab.h"
-#include "shaders/kernel_interface.h"
-#include "shaders/queries/query.glsl"
+#include "shaders/queries/visits.glsl"
 
 READ4(Rays, rays, kBindRays);
 READ1(FirstPrims, first_prims, kBindVisiblePixels);
 
-uvec4 answer;
 Ray ray;
 uint first_prim;
 SlabRay slab;
@@ -54,17 +52,10 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     return kRepeatsSteps;
 }
 
-#include "shaders/queries/visits.glsl"
-
 void main() {
     uint query;
     if (!find_query(query)) return;
-    vec4 first = uintBitsToFloat(AT4(rays, 2u * query));
-    vec4 second = uintBitsToFloat(AT4(rays, 2u * query + 1u));
-    ray.org = first.xyz;
-    ray.tnear = first.w;
-    ray.dir = second.xyz;
-    ray.tfar = second.w;
+    ray = ray_from(AT4(rays, 2u * query), AT4(rays, 2u * query + 1u));
     first_prim = AT1(first_prims, query);
     slab = slab_ray(ray.org, ray.dir);
     sheared = shear_ray(ray.org, ray.dir);

@@ -1,23 +1,23 @@
-// A query about all triangles in some boxes, one query a lane: a walk over the shared layout
-// that can stop after any step and go on later.
-//
-// A kernel defines, before it includes this file,
-//     uvec4 answer;                                what has been found; the host reads it
-//     bool meets(vec3 lower, vec3 upper, out uint key)   whether a box is to be visited, and a key
-//     bool is_over(uint key)                             whether a box of this key need not be
-//     uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id)   returns steps it took besides one
-// and calls answer_query(). Of the children of a node the one with the smallest key is visited first.
-#extension GL_EXT_control_flow_attributes : require
+// A query about all triangles in some boxes, one query a lane: a traversal of the shared layout that
+// can stop after any step and go on later. Of a node's children the one with the least key is visited
+// first. A kernel calls answer_query(), and defines the functions that are declared here.
+#include "shaders/tree.glsl"
 
-#include "shaders/base/leaf.glsl"
-#include "shaders/kernel_interface.h"
-#include "shaders/queries/query.glsl"
+/// What has been found, which the host reads.
+uvec4 answer;
+/// Whether a box is to be visited, and its key.
+bool meets(vec3 lower, vec3 upper, out uint key);
+/// Whether a box of this key need no longer be visited.
+bool is_over(uint key);
+/// Returns the steps that it took besides one.
+uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id);
 
 layout(local_size_x = kGroupSize) in;
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kQueryStepBudget;
+layout(push_constant) uniform Arguments { QueryArguments args; };
 
-READ4_IN_PLACE(Nodes, nodes, kBindNodes);
+READ1(Repeated, repeated, kBindRepeated);
 layout(std430, binding = kBindHits) buffer Answers { uvec4 answers[]; };
 layout(std430, binding = kBindStates) buffer States { uint states[]; };
 layout(std430, binding = kBindWork) buffer Work {
@@ -25,14 +25,42 @@ layout(std430, binding = kBindWork) buffer Work {
     uint queries[];
 } work;
 
-// The rest of the walk: the node or leaf that is next, kEmptyChild at the end; the next triangle of
-// that leaf; and the boxes after it as (child, key).
+/// The index of the first pair that is not less than (first, prim_id): at most 28 iterations.
+uint index_of_repeat(uint first, uint prim_id) {
+    uint low = 0u;
+    uint high = args.repeated_count;
+    [[dont_unroll]] while (low < high) {
+        uint middle = (low + high) / 2u;
+        uint at = AT1(repeated, 2u * middle);
+        uint repeat = AT1(repeated, 2u * middle + 1u);
+        bool is_below = at < first || (at == first && repeat < prim_id);
+        low = is_below ? middle + 1u : low;
+        high = is_below ? high : middle;
+    }
+    return low;
+}
+
+/// The number of triangles that `first` stands for besides itself.
+uint count_repeats(uint first) {
+    if (args.repeated_count == 0u) return 0u;
+    return index_of_repeat(first + 1u, 0u) - index_of_repeat(first, 0u);
+}
+
+/// The first triangle from `prim_id` on that `first` stands for, or kNoPrim.
+uint first_repeat(uint first, uint prim_id) {
+    uint i = index_of_repeat(first, prim_id);
+    if (i == args.repeated_count || AT1(repeated, 2u * i) != first) return kNoPrim;
+    return AT1(repeated, 2u * i + 1u);
+}
+
+// The state of the traversal: the next node or leaf (kEmptyChild at the end), the next triangle of
+// that leaf, and the boxes after it as (child, key).
 uint current;
 uint triangle;
 uint stack_size;
 uvec2 stack[kMaxStack];
 
-void take_next() {
+void pop_next() {
     triangle = 0u;
     current = kEmptyChild;
     if (stack_size == 0u) return;
@@ -40,7 +68,7 @@ void take_next() {
     current = stack[stack_size].x;
 }
 
-/// Takes boxes that are over off the stack; returns the number.
+/// Pops boxes that are over; returns their number.
 uint skip_boxes() {
     uint steps = 0u;
     while (stack_size > 0u && is_over(stack[stack_size - 1u].y)) {
@@ -85,7 +113,7 @@ uint visit_node() {
     uint steps = 30u;
     if (next == kEmptyChild) {
         steps += skip_boxes();
-        take_next();
+        pop_next();
     }
     return steps;
 }
@@ -105,7 +133,7 @@ uint visit_triangle() {
     }
     if (triangle >= count) {
         steps += skip_boxes();
-        take_next();
+        pop_next();
     }
     return steps;
 }
@@ -143,8 +171,8 @@ bool find_query(out uint query) {
     return true;
 }
 
-/// Goes on until the answer is known or the steps are used up. `answer` is set to that of no
-/// triangles, and what else the functions need has been set.
+/// Continues until the answer is known or the steps are used up. `answer` must be that of no
+/// triangles, and the globals of the kernel's functions must be set.
 void answer_query(uint query) {
     uint slot = gl_GlobalInvocationID.x;
     current = 0u;

@@ -1,19 +1,16 @@
 // Crossings of half-lines that floats can decide (common/interop/winding_rule.h), one point a lane.
-// The answer: winding, number of crossings. The triangles that they cannot decide on are listed as
-// pairs of a point and a triangle, as long as there is room for them.
+// The answer: winding, number of crossings. Uncertain crossings are listed as pairs of a point and a
+// triangle, up to pair_room.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "common/interop/winding_rule.h"
-#include "shaders/base/buffers.glsl"
-#include "shaders/kernel_interface.h"
-#include "shaders/queries/query.glsl"
+#include "shaders/queries/visits.glsl"
 
 READ4(Points, points, kBindRays);
 layout(std430, binding = kBindPixels) writeonly buffer Pairs { uvec2 pairs[]; };
 
-uvec4 answer;
 vec3 point;
 uint point_index;
 
@@ -24,7 +21,11 @@ bool meets(vec3 lower, vec3 upper, out uint key) {
 
 bool is_over(uint key) { return false; }
 
-void list_uncertain(uint prim_id);
+/// The order of the list depends on the schedule; its contents do not.
+void list_uncertain(uint prim_id) {
+    uint i = atomicAdd(work.header.visible_count, 1u);
+    if (i < args.pair_room) pairs[i] = uvec2(point_index, prim_id);
+}
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!finite_vertices(a, b, c)) return 0u;
@@ -35,14 +36,6 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     answer.x += crossing.is_up ? times : 0u - times;
     answer.y += times;
     return kRepeatsSteps;
-}
-
-#include "shaders/queries/visits.glsl"
-
-/// The order of the list depends on the schedule; what is in it does not.
-void list_uncertain(uint prim_id) {
-    uint place = atomicAdd(work.header.visible_count, 1u);
-    if (place < args.pair_room) pairs[place] = uvec2(point_index, prim_id);
 }
 
 void main() {

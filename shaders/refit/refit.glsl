@@ -1,12 +1,8 @@
 // The refit of boxes, level by level from the leaves up (I. Wald, S. Boulos, P. Shirley. Ray
 // Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies. ACM TOG 26(1), 2007, section
-// 4). 16 lanes take a leaf or a node, one for each of its vertices or children, so that they read
-// and write memory in sequence; six of them reduce a plane each. An atomic climb would take a single
-// dispatch, but gives wrong boxes on devices whose device-scope barriers fail in non-uniform control
-// flow.
-#include "shaders/base/buffers.glsl"
-#include "shaders/kernel_interface.h"
-
+// 4). A leaf or a node has 16 lanes, one for each vertex or child, which read and write memory in
+// sequence; six of them reduce a plane each. An atomic climb would need one dispatch, but gives wrong
+// boxes on devices whose device-scope barriers fail in non-uniform control flow.
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RefitArguments args; };

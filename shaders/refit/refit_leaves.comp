@@ -1,12 +1,12 @@
 // Writes positions to leaves, and padded boxes to parents' slots and for groups of four triangles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "common/interop/slab.h"
-#include "shaders/base/positions.glsl"
 #include "shaders/refit/refit.glsl"
 
+READ3(Positions, positions, kBindPositions);
 READ1(LeafVertices, leaf_vertices, kBindLeafVertices);
 READ1(LeafParents, leaf_parents, kBindLeafParents);
 
@@ -65,7 +65,7 @@ void main() {
     uint corners = 0u;
     if (is_within()) {
         uint at = leaf * kLeafVec4s + lane;
-        uvec3 bits = position_bits(AT1(leaf_vertices, leaf * kLeafVertices + lane));
+        uvec3 bits = AT3(positions, AT1(leaf_vertices, leaf * kLeafVertices + lane));
         corners = load_corners(at);
         store_vertex(at, bits, corners);
         vec3 p = uintBitsToFloat(bits);

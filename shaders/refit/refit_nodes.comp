@@ -2,7 +2,7 @@
 // their parents. Empty slots hold inverted boxes, which are neutral in a union.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "shaders/refit/refit.glsl"
 

@@ -2,32 +2,33 @@
 // of occluded rays of all pixels. The pixels of a tile stay together, in the order of its lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
-#include "shaders/base/found_hits.glsl"
-#include "shaders/base/region.glsl"
+layout(local_size_x = kGroupSize) in;
 
+layout(push_constant) uniform Arguments { RegionArguments args; };
+READ4(FoundHits, found_hits, kBindFoundHits);
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
 layout(std430, binding = kBindVisiblePixelsOut) writeonly buffer VisiblePixels {
     uint visible_pixels[];
 };
 layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 
-/// The visible pixels of the tile, as bits, and their first place in the list.
+/// The visible pixels of the tile, as bits, and the index of the first in the list.
 shared uint tile_pixels[kGroupSize / 32u];
 shared uint tile_begin;
 
 void main() {
-    // The camera rays are not all done, and the host will ask again.
+    // Some camera rays are suspended: the host finishes them and submits this again.
     if (work.header.suspended_count != 0u) return;
     uint lane = gl_LocalInvocationID.x;
     if (lane < kGroupSize / 32u) tile_pixels[lane] = 0u;
     barrier();
-    uvec2 pixel = region_pixel();
-    uint index = answer_index(pixel);
-    bool is_visible = within_region(pixel);
+    uvec2 pixel = tile_pixel(args.tile_count, args.tile_columns);
+    uint index = pixel.y * args.width + pixel.x;
+    bool is_visible = pixel.x < args.width && pixel.y < args.height;
     if (is_visible) occlusion[index] = 0u;
-    if (is_visible) is_visible = found_hit(index).prim_id != kNoPrim;
+    if (is_visible) is_visible = AT4(found_hits, index).w != kNoPrim;
     uint bit = 1u << (lane & 31u);
     if (is_visible) atomicOr(tile_pixels[lane / 32u], bit);
     barrier();

@@ -1,14 +1,18 @@
 // Shades the pixels of a region from hits and occlusion.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_control_flow_attributes : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
+#include "common/interop/camera.h"
 #include "common/interop/shading.h"
-#include "shaders/base/found_hits.glsl"
-#include "shaders/shade/pixel_surface.glsl"
-#include "shaders/base/region.glsl"
+#include "common/interop/surface.h"
 
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { RegionArguments args; };
+READ3(Positions, positions, kBindPositions);
+READ4(Triangles, triangles, kBindTriangles);
+READ4(FoundHits, found_hits, kBindFoundHits);
 READ1(FoundOcclusion, found_occlusion, kBindFoundOcclusion);
 layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
 
@@ -45,19 +49,19 @@ void main() {
         is_within[i] = pixel.x < size.x && pixel.y < size.y;
         index[i] = is_within[i] ? pixel.y * size.x + pixel.x : 0u;
         at[i] = origin + pixel;
-        hits[i] = found_hit(index[i]);
+        hits[i] = hit_from(AT4(found_hits, index[i]));
         is_hit[i] = is_within[i] && hits[i].prim_id != kNoPrim;
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-        triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);
+        triangle[i] = AT4(triangles, is_hit[i] ? hits[i].prim_id : 0u);
         // Without secondary rays it reads the same word for all, which stays in the cache.
         uint from = params.rays == kRaysPrimary ? 0u : index[i];
         occluded[i] = AT1(found_occlusion, from);
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-        a[i] = scene_vertex(triangle[i].x);
-        b[i] = scene_vertex(triangle[i].y);
-        c[i] = scene_vertex(triangle[i].z);
+        a[i] = uintBitsToFloat(AT3(positions, triangle[i].x));
+        b[i] = uintBitsToFloat(AT3(positions, triangle[i].y));
+        c[i] = uintBitsToFloat(AT3(positions, triangle[i].z));
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         rays[i] = camera_ray(params.camera, at[i].x, at[i].y);

@@ -1,11 +1,10 @@
-// Runs a round of the rays that ran out of steps. Each continues its traversal, whose stack is kept
-// in memory between rounds. The answer is that of one long traversal, and dispatches are short.
+// Runs a round of the suspended rays. Each continues its traversal, whose stack is kept in memory
+// between rounds. The answer is that of one long traversal, and dispatches are short.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "shaders/single_ray/traverse.glsl"
-#include "shaders/single_ray/work.glsl"
 
 layout(local_size_x = kGroupSize) in;
 

@@ -1,17 +1,17 @@
-// The traversal of one ray a lane over the shared layout, depth first, nearest child next. The
-// answer is that of the hit rule (common/interop/hit_rule.h) in any order of visits.
-#extension GL_EXT_control_flow_attributes : require
-
+// The traversal of one ray a lane over the shared layout, depth first, nearest child next. The answer
+// follows the hit rule (common/interop/hit_rule.h) in any order of visits.
 #include "common/interop/slab.h"
 #include "common/interop/hit_rule.h"
-#include "shaders/base/leaf.glsl"
-#include "shaders/kernel_interface.h"
+#include "shaders/tree.glsl"
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 
-READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
 READ4_IN_PLACE(Groups, groups, kBindGroups);
+layout(std430, binding = kBindWork) buffer Work {
+    WorkHeader header;
+    Suspended suspended[];
+} work;
 
 /// Entries (child, bits of the least depth of hits in it).
 uvec2 stack[kMaxStack];
@@ -81,7 +81,6 @@ vec4 distances(uvec4 planes, float org, float rdir) {
     return t;
 }
 
-/// What a ray meets of four boxes.
 struct FourBoxes {
     bvec4 is_hit;
     vec4 least;
@@ -145,7 +144,7 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, float la
     if (boxes.is_hit.w) consider(t, nearest, child.w, boxes.least.w);
 }
 
-/// Takes the topmost entry that may hold a closer hit. Returns the number of iterations.
+/// Pops entries up to one that may hold a closer hit. Returns the number of iterations.
 uint pop(inout Traversal t) {
     uint steps = 0u;
     float last = last_depth(t.best.t);
@@ -215,7 +214,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
             Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                                  project_fast(sheared, c));
             if (!may_be_inside(e)) continue;
-            // Triangles that reach behind the origin are uncertain: the rule may not go fast there.
+            // Triangles that reach behind the origin are not sure: there the fast path may not hold.
             bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
             TriangleHit hit;
             bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)
@@ -227,7 +226,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
     return 6u + count + pop(t);
 }
 
-/// Continues until finished() or the steps are used up. Any hits end with some best_prim.
+/// Continues until finished() or the steps are used up. With `any_hit` the first hit ends it.
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);
@@ -238,4 +237,15 @@ void traverse(inout Traversal t, Ray ray, bool any_hit) {
         if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild)
             steps += visit_leaf(t, ray, boxes, sheared, any_hit);
     } while (t.current != kEmptyChild && steps < kSteps);
+}
+
+/// Leaves the ray to `resume`. The order of the list depends on the schedule; the answers do not.
+void suspend(Ray ray, uint answer_index) {
+    uint i = atomicAdd(work.header.suspended_count, 1u);
+    work.suspended[i].ray = ray;
+    work.suspended[i].answer_index = answer_index;
+}
+
+void report(uint status_bits) {
+    if (status_bits != 0u) atomicOr(work.header.status, status_bits);
 }

@@ -12,7 +12,7 @@
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/spirv.h"
+#include "gpu/vulkan/pipeline.h"
 #include "library/src/device_impl.h"
 #include "morphray/error.hpp"
 #include "tests/gpu/faulty_loader.h"
@@ -35,10 +35,8 @@ void break_kernel(std::span<std::uint32_t> words) {
 /// What the self-test says of a device with faults; the text of an error where there is one.
 std::string difference(Faults& faults, gpu::BufferKind kind) {
     const FaultyLoader loader(faults);
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    tuning.buffer_kind = kind;
-    const std::unique_ptr<Backend> tested = gpu::make_vulkan_backend({}, tuning);
+    const std::unique_ptr<Backend> tested =
+        gpu::make_vulkan_backend({}, {.buffer_kind = kind, .loader = loader.get()});
     const std::unique_ptr<Backend> reference = cpu::make_scalar_backend();
     return morphray::detail::find_difference(*tested, *reference);
 }

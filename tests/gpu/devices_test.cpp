@@ -10,7 +10,7 @@
 
 #include "common/base/errors.h"
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/device_info.h"
+#include "gpu/vulkan/device.h"
 #include "tests/gpu/faulty_loader.h"
 
 namespace mray::test {

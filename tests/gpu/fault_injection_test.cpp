@@ -8,8 +8,7 @@
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/result.h"
-#include "tests/gpu/faulty_device.h"
+#include "gpu/vulkan/vulkan_api.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/backend_results.h"
@@ -20,12 +19,11 @@ namespace {
 
 /// A session that uses everything once, in dispatches of one tile.
 void run_session(const FaultyLoader& loader, bool force_staging) {
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    tuning.force_staging = force_staging;
-    tuning.step_budget = 20;
+    gpu::Tuning tuning = {.step_budget = 20,
+                          .tiles_per_dispatch = 16,
+                          .force_staging = force_staging,
+                          .loader = loader.get()};
     if (force_staging) tuning.buffer_kind = gpu::BufferKind::kStorage;
-    tuning.tiles_per_dispatch = 16;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
     const DeviceScene scene = torus(12, 8);
     Bvh bvh = plain_tree(scene);
@@ -106,16 +104,11 @@ TEST(FaultInjection, AFenceThatNeverSignalsIsALostDevice) {
     faults.fail_name = "vkWaitForFences";
     faults.result = VK_TIMEOUT;
     const FaultyLoader loader(faults);
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    tuning.submit_timeout_ms = 3500;
-    try {
-        gpu::make_vulkan_backend({}, tuning);
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kDeviceLost);
-        EXPECT_NE(std::string(error.what()).find("within 3500 ms"), std::string::npos);
-    }
+    const std::optional<Error> error = error_of(
+        [&] { gpu::make_vulkan_backend({}, {.submit_timeout_ms = 3500, .loader = loader.get()}); });
+    ASSERT_TRUE(error.has_value());
+    EXPECT_EQ(error->kind(), ErrorKind::kDeviceLost);
+    EXPECT_NE(std::string(error->what()).find("within 3500 ms"), std::string::npos);
 }
 
 ImageHashes hashes_of(Backend& backend) { return image_hashes(backend, view(32, 32, kRaysShadow)); }
@@ -135,7 +128,7 @@ void on_each_faulty_device(const Test& test) {
         for (const bool keep_failing : {false, true}) {
             SCOPED_TRACE(testing::Message()
                          << "staging " << force_staging << ", goes on failing " << keep_failing);
-            FaultyDevice device(force_staging);
+            FaultyDevice device({.force_staging = force_staging});
             device.faults.keep_failing = keep_failing;
             test(device);
         }
@@ -182,7 +175,7 @@ TEST(FaultInjection, ASceneThatDidNotFitLeavesNoneAndAnotherCanBeSet) {
 
 /// Fails each call of an update and an image in turn. The next image must be right.
 void fail_each_call_of_a_frame(bool force_staging) {
-    FaultyDevice device(force_staging);
+    FaultyDevice device({.force_staging = force_staging});
     Backend& backend = *device.backend;
     const DeviceScene scene = torus(12, 8);
     backend.set_scene(scene.topology, scene.positions, plain_tree(scene));

@@ -1,13 +1,17 @@
 // A Vulkan loader whose calls fail on demand, and whose devices report other properties.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "gpu/vulkan/vulkan_api.h"
+#include "common/base/errors.h"
+#include "gpu/shared_device.h"
 
 namespace mray::test {
 
@@ -46,5 +50,42 @@ public:
 
     PFN_vkGetInstanceProcAddr get() const;
 };
+
+/// A backend whose Vulkan calls fail on demand.
+struct FaultyDevice {
+    explicit FaultyDevice(gpu::Tuning tuning = {}) {
+        tuning.loader = loader.get();
+        backend = gpu::make_vulkan_backend({}, tuning);
+    }
+
+    Faults faults;
+    FaultyLoader loader{faults};
+    std::unique_ptr<Backend> backend;
+};
+
+/// Lets the first call of an action fail, then the second, and so on until the action ends without
+/// a failure. After each failure calls recover(), which sees no faults. Returns the number of
+/// failures; the test fails if an action hides one.
+template <class Action, class Recover>
+std::size_t fail_in_turn(Faults& faults, const Action& action, const Recover& recover) {
+    constexpr std::size_t kTooMany = 1000;
+    for (std::size_t k = 0; k < kTooMany; ++k) {
+        SCOPED_TRACE(k);
+        faults.failed_name.clear();
+        faults.fail_at = faults.call_count + k;
+        bool has_thrown = false;
+        try {
+            action();
+        } catch (const Error&) {
+            has_thrown = true;
+        }
+        faults.fail_at = Faults::kNever;
+        EXPECT_EQ(has_thrown, !faults.failed_name.empty()) << faults.failed_name;
+        if (!has_thrown) return k;
+        recover();
+    }
+    ADD_FAILURE() << "the action has more than " << kTooMany << " calls";
+    return kTooMany;
+}
 
 }  // namespace mray::test

@@ -22,33 +22,31 @@ namespace {
 /// A backend over a scene, and the number of pipelines that it makes.
 class CountedDevice {
 public:
-    explicit CountedDevice(std::uint32_t step_budget = kStepBudget) {
-        faults_.counts = [](std::string_view name) { return name == "vkCreateComputePipelines"; };
-        gpu::Tuning tuning;
-        tuning.loader = loader_.get();
-        tuning.step_budget = step_budget;
-        backend_ = gpu::make_vulkan_backend({}, tuning);
-        backend_->set_scene(scene_.topology, scene_.positions, plain_tree(scene_));
+    explicit CountedDevice(std::uint32_t step_budget = kStepBudget)
+        : device_({.step_budget = step_budget}) {
+        device_.faults.counts = [](std::string_view name) {
+            return name == "vkCreateComputePipelines";
+        };
+        device_.faults.call_count = 0;
+        backend().set_scene(scene_.topology, scene_.positions, plain_tree(scene_));
     }
 
-    Backend& backend() { return *backend_; }
-    Faults& faults() { return faults_; }
+    Backend& backend() { return *device_.backend; }
+    Faults& faults() { return device_.faults; }
     const DeviceScene& scene() const { return scene_; }
-    std::size_t compiled() const { return faults_.call_count; }
+    std::size_t compiled() const { return device_.faults.call_count; }
     void trace_image(std::uint32_t rays) {
         Frame frame;
-        backend_->trace_image(view(16, 16, rays), frame);
+        backend().trace_image(view(16, 16, rays), frame);
     }
     void trace_rays() {
         std::vector<Hit> hits(64);
-        backend_->trace({scattered_rays(hits.size(), 1), hits});
+        backend().trace({scattered_rays(hits.size(), 1), hits});
     }
 
 private:
-    Faults faults_;
-    FaultyLoader loader_{faults_};
+    FaultyDevice device_;
     DeviceScene scene_ = torus(12, 8);
-    std::unique_ptr<Backend> backend_;
 };
 
 TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {

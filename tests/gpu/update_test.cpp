@@ -10,7 +10,7 @@
 #include "common/image/frame.h"
 #include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
-#include "tests/gpu/faulty_device.h"
+#include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/gpu/validated_device.h"
 #include "tests/support/backend_results.h"
@@ -30,11 +30,10 @@ std::vector<vec3> pose(const DeviceScene& scene, int number) {
 
 /// With staging buffers are read as on a GPU, too.
 std::unique_ptr<Backend> tuned_device(bool force_staging, std::uint32_t step_budget = kStepBudget) {
-    gpu::Tuning tuning;
-    tuning.force_staging = force_staging;
-    tuning.buffer_kind = force_staging ? gpu::BufferKind::kStorage : gpu::BufferKind::kTexels;
-    tuning.step_budget = step_budget;
-    return validated_device(tuning);
+    const gpu::BufferKind kind =
+        force_staging ? gpu::BufferKind::kStorage : gpu::BufferKind::kTexels;
+    return validated_device(
+        {.step_budget = step_budget, .buffer_kind = kind, .force_staging = force_staging});
 }
 
 std::vector<ImageHashes> images(Backend& backend, const DeviceScene& scene,
@@ -69,7 +68,7 @@ TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
 
 TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
     for (const bool force_staging : {false, true}) {
-        FaultyDevice device(force_staging);
+        FaultyDevice device({.force_staging = force_staging});
         std::size_t& submissions = device.faults.call_count;
         device.faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
         Backend& vulkan = *device.backend;
@@ -95,7 +94,7 @@ TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
 }
 
 TEST(VulkanUpdate, ARefitAfterOneThatFailedGivesTheTreeOfTheCpu) {
-    FaultyDevice device(/*staging=*/true);
+    FaultyDevice device({.force_staging = true});
     Backend& vulkan = *device.backend;
     const DeviceScene scene = torus(64, 32);
     const Bvh bvh = build_bvh(scene.topology, scene.positions);

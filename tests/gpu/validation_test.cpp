@@ -5,7 +5,7 @@
 #include "common/base/errors.h"
 #include "common/update/restructure.h"
 #include "gpu/shared_device.h"
-#include "gpu/transfer.h"
+#include "gpu/vulkan/context.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/shaders/hazard_spirv.h"
 
@@ -84,10 +84,8 @@ TEST(Validation, FindsAPlantedInvalidCall) {
 
 TEST(Validation, HasNothingToSayAboutCopiesOfSeveralPieces) {
     gpu::ValidationLog log;
-    gpu::Tuning tuning;
-    tuning.log = &log;
-    tuning.force_staging = true;
-    const std::shared_ptr<gpu::SharedDevice> shared = gpu::open_device(kValidated, tuning);
+    const std::shared_ptr<gpu::SharedDevice> shared =
+        gpu::open_device(kValidated, {.force_staging = true, .log = &log});
     gpu::Context context(shared->device, 60'000);
     gpu::Transfer transfer(context);
     // More than two pieces, and no multiple of one.
@@ -111,11 +109,8 @@ TEST(Validation, HasNothingToSayAboutCopiesOfSeveralPieces) {
 TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
     gpu::ValidationLog log;
     for (const bool force_staging : {false, true}) {
-        gpu::Tuning tuning;
-        tuning.log = &log;
-        tuning.force_staging = force_staging;
+        gpu::Tuning tuning = {.step_budget = 40, .force_staging = force_staging, .log = &log};
         if (force_staging) tuning.buffer_kind = gpu::BufferKind::kStorage;
-        tuning.step_budget = 40;
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
         const DeviceScene scene = torus(24, 12);
         Bvh bvh = plain_tree(scene);
@@ -137,21 +132,6 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         std::vector<Hit> hits(100);
         backend->trace({scattered_rays(100, 1), hits});
         backend->read_tree(bvh);
-    }
-    EXPECT_TRUE(log.messages().empty()) << log.messages().front();
-}
-
-TEST(Lifetime, TwentyBackendsCanComeAndGo) {
-    gpu::ValidationLog log;
-    gpu::Tuning tuning;
-    tuning.log = &log;
-    const DeviceScene scene = torus(12, 8);
-    const Bvh bvh = plain_tree(scene);
-    for (int i = 0; i < 20; ++i) {
-        const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
-        backend->set_scene(scene.topology, scene.positions, bvh);
-        Frame frame;
-        backend->trace_image(view(16, 16, kRaysPrimary), frame);
     }
     EXPECT_TRUE(log.messages().empty()) << log.messages().front();
 }

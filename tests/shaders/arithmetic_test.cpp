@@ -3,15 +3,208 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <random>
+#include <vector>
 
 #include "gpu/shared_device.h"
-#include "gpu/transfer.h"
-#include "tests/shaders/cases.h"
+#include "gpu/vulkan/context.h"
+#include "tests/shaders/evaluate.h"
 #include "tests/shaders/evaluate_spirv.h"
 
 namespace mray::test {
 namespace {
+
+// Random and extreme arguments for the shared functions, within the range of each function.
+
+class Generator {
+public:
+    explicit Generator(std::uint32_t seed) : engine_(seed) {}
+
+    std::uint32_t bits() { return static_cast<std::uint32_t>(engine_()); }
+    bool one_in(std::uint32_t n) { return bits() % n == 0; }
+    float between(float low, float high) {
+        return low + (high - low) * static_cast<float>(bits()) * 0x1p-32f;
+    }
+    /// Any mantissa, either sign, exponent in [low, high].
+    float scaled(int low, int high) {
+        const int exponent =
+            low + static_cast<int>(bits() % static_cast<std::uint32_t>(high - low + 1));
+        const float x = std::ldexp(1.0f + static_cast<float>(bits() >> 9) * 0x1p-23f, exponent);
+        return one_in(2) ? -x : x;
+    }
+
+    /// A coordinate on the grid, sometimes an extreme one.
+    float coordinate() {
+        switch (bits() % 16) {
+            case 0:
+                return 0.0f;
+            case 1:
+                return kSceneExtent;
+            case 2:
+                return -kSceneExtent;
+            case 3:
+                return std::ldexp(1.0f, -40);
+            case 4:
+                return snap_coordinate(scaled(-39, -10));
+            case 5:
+                return 1.0f;
+            default:
+                return snap_coordinate(scaled(-10, 19));
+        }
+    }
+    vec3 point() {
+        const vec3 p = {coordinate(), coordinate(), coordinate()};
+        return one_in(64) ? vec3(kInvalidCoordinate) : p;
+    }
+    vec3 origin() {
+        return one_in(8) ? vec3(scaled(20, 39), coordinate(), scaled(0, 39))
+                         : vec3(coordinate(), coordinate(), coordinate());
+    }
+    vec3 direction() {
+        vec3 d = {scaled(-30, 0), scaled(-4, 0), scaled(-4, 0)};
+        if (one_in(8)) d.x = 0;
+        if (one_in(8)) d.y = 0;
+        if (one_in(32)) d = vec3(0);
+        return canonical_direction(one_in(2) ? vec3(d.y, d.z, d.x) : d);
+    }
+    vec3 normal() { return unit(vec3(scaled(-4, 0), scaled(-4, 0), scaled(-4, 0))); }
+
+private:
+    std::mt19937 engine_;
+};
+
+/// Fills an Inputs from the front.
+class Writer {
+public:
+    Writer& add(float x) { return add(floatBitsToUint(x)); }
+    Writer& add(std::uint32_t x) {
+        inputs_.word[at_++] = x;
+        return *this;
+    }
+    Writer& add(vec3 v) { return add(v.x).add(v.y).add(v.z); }
+    Inputs inputs() const { return inputs_; }
+
+private:
+    Inputs inputs_ = {};
+    std::uint32_t at_ = 0;
+};
+
+/// A ray to a triangle, often to a vertex or an edge of it.
+void add_ray_and_triangle(Writer& w, Generator& g) {
+    const vec3 org = g.origin();
+    const vec3 a = g.point();
+    const float size = std::exp2(g.between(-30, 18));
+    const vec3 b = g.one_in(8) ? g.point() : snap_point(a + g.normal() * size);
+    const vec3 c = g.one_in(16) ? b : snap_point(a + g.normal() * size);
+    const float s = g.one_in(3) ? 0.0f : g.between(0, 1);
+    const float t = g.one_in(3) ? 0.0f : g.between(0, 1 - s);
+    const vec3 aim = a + (b - a) * s + (c - a) * t;
+    const vec3 dir = g.one_in(4) ? g.direction() : canonical_direction(aim - org);
+    const float tnear = g.one_in(4) ? std::fabs(g.scaled(-10, 20)) : 0.0f;
+    w.add(org).add(tnear).add(dir).add(g.one_in(4) ? std::fabs(g.scaled(-10, 21)) : kInfiniteT);
+    w.add(a).add(b).add(c);
+}
+
+void add_surface(Writer& w, Generator& g) {
+    const vec3 p = {g.coordinate(), g.coordinate(), g.coordinate()};
+    w.add(p).add(g.normal()).add(sum_of_abs(p) + std::fabs(g.scaled(-10, 21)));
+}
+
+void add_camera(Writer& w, Generator& g) {
+    w.add(g.origin());
+    for (int i = 0; i < 9; ++i)
+        w.add(g.one_in(16) ? 0.0f : g.scaled(i < 3 ? -3 : -20, i < 3 ? 3 : -5));
+    w.add(g.bits() % 65536).add(g.bits() % 65536);
+}
+
+void add_box(Writer& w, Generator& g) {
+    const vec3 org = g.origin();
+    const vec3 p = {g.coordinate(), g.coordinate(), g.coordinate()};
+    const vec3 q = p + vec3(std::fabs(g.scaled(-20, 18)), std::fabs(g.scaled(-20, 18)),
+                            g.one_in(4) ? 0.0f : std::fabs(g.scaled(-20, 18)));
+    w.add(org).add(g.one_in(2) ? g.direction() : canonical_direction(p - org));
+    if (g.one_in(16)) {
+        w.add(vec3(kEmptyPlane)).add(vec3(-kEmptyPlane));
+    } else {
+        w.add(p).add(q);
+    }
+}
+
+void add_shading(Writer& w, Generator& g) {
+    const std::uint32_t ao_count = 1 + g.bits() % 256;
+    w.add(vec3(g.coordinate(), g.coordinate(), g.coordinate()));
+    w.add(g.bits() % 3).add(ao_count);
+    w.add(g.origin()).add(0.0f).add(g.direction()).add(kInfiniteT);
+    add_surface(w, g);
+    w.add(g.bits() & 0xFFFFFF).add(g.bits() % (ao_count + 1)).add(g.bits());
+}
+
+Inputs make_case(std::uint32_t function, Generator& g) {
+    Writer w;
+    switch (function) {
+        case kEvalReciprocals:
+            w.add(g.one_in(8) ? std::ldexp(1.0f, static_cast<int>(g.bits() % 200) - 100)
+                              : g.scaled(-100, 99));
+            break;
+        case kEvalProducts:
+            w.add(g.point()).add(g.one_in(2) ? g.point() : g.normal());
+            break;
+        case kEvalSnap:
+            w.add(g.scaled(-60, 40))
+                .add(g.scaled(-60, 0))
+                .add(g.one_in(4) ? 0.0f : g.scaled(-60, -20));
+            break;
+        case kEvalBox:
+            add_box(w, g);
+            break;
+        case kEvalMayHit:
+        case kEvalTriangle:
+        case kEvalProject:
+            add_ray_and_triangle(w, g);
+            break;
+        case kEvalCamera:
+            add_camera(w, g);
+            break;
+        case kEvalSurface:
+            add_ray_and_triangle(w, g);
+            w.add(std::fabs(g.scaled(-10, 21)));
+            break;
+        case kEvalShadowRay:
+            add_surface(w, g);
+            w.add(vec3(g.coordinate(), g.coordinate(), g.coordinate()));
+            break;
+        case kEvalAoRay:
+            add_surface(w, g);
+            w.add(g.bits() % 65536)
+                .add(g.bits() % 65536)
+                .add(g.bits() % 256)
+                .add(std::fabs(g.scaled(-10, 21)));
+            break;
+        default:
+            add_shading(w, g);
+            break;
+    }
+    return w.inputs();
+}
+
+std::vector<Inputs> cases(std::uint32_t function, std::size_t count) {
+    Generator generator(function + 1);
+    std::vector<Inputs> result;
+    result.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) result.push_back(make_case(function, generator));
+    return result;
+}
+
+const char* function_name(std::uint32_t function) {
+    constexpr const char* kNames[] = {
+        "Reciprocals", "Products",  "Snapping", "BoxTest",   "TriangleFilter", "HitRule",
+        "Projection",  "CameraRay", "Surface",  "ShadowRay", "AoRay",          "Shading",
+    };
+    static_assert(std::size(kNames) == kEvalCount);
+    return kNames[function];
+}
 
 constexpr std::uint32_t kBatch = 1u << 16;
 

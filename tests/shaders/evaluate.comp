@@ -1,5 +1,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
+#include "shaders/kernel.glsl"
 
 #include "tests/shaders/evaluate.glsl"

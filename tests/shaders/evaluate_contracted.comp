@@ -1,4 +1,4 @@
-// What exactness_test.cpp must find: the compiler may contract and reassociate, and need not keep zeros' signs.
+// What spirv_test.cpp must find: the compiler may contract and reassociate, and need not keep zeros' signs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

@@ -1,9 +1,7 @@
 // Copies one word through separate read-only and write-only bindings.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
-
-#include "shaders/kernel_interface.h"
+#include "shaders/kernel.glsl"
 
 layout(local_size_x = kGroupSize) in;
 layout(push_constant) uniform Arguments { uint unused; };

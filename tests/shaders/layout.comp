@@ -1,9 +1,7 @@
 // Every struct that host and kernels share, in the layout of a storage buffer.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/base/exact.glsl"
-
-#include "shaders/kernel_interface.h"
+#include "shaders/kernel.glsl"
 
 layout(std430, binding = kBindHits) readonly buffer Shared {
     Node node;

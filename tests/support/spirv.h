@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "gpu/vulkan/spirv.h"
+#include "gpu/vulkan/pipeline.h"
 
 namespace mray::test {
 

@@ -13,7 +13,7 @@
 
 #include "common/version.h"
 #include "gpu/shared_device.h"
-#include "gpu/transfer.h"
+#include "gpu/vulkan/context.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/gpu/peer_interface.h"
 #include "lab/bench/options.h"

@@ -1,12 +1,15 @@
-#include "gpu/vulkan/result.h"
+#include "gpu/vulkan/vulkan_api.h"
 
 #include <sys/mman.h>
 
 #include <algorithm>
 #include <iterator>
 
-namespace mray::gpu {
+// The one source that holds volk itself.
+#define VOLK_IMPLEMENTATION
+#include <volk.h>
 
+namespace mray::gpu {
 namespace {
 
 struct Failure {
@@ -38,8 +41,8 @@ constexpr Failure kFailures[] = {
 #undef FAILURE
 
 const Failure* find_failure(VkResult result) {
-    const auto place = std::ranges::find(kFailures, result, &Failure::result);
-    return place != std::end(kFailures) ? place : nullptr;
+    const auto failure = std::ranges::find(kFailures, result, &Failure::result);
+    return failure != std::end(kFailures) ? failure : nullptr;
 }
 
 }  // namespace
@@ -57,11 +60,12 @@ ErrorKind error_kind_of(VkResult result) {
 void throw_unavailable(const std::string& text) {
     // A driver reserves nearly as much. Under `ulimit -v` it fails with any result.
     constexpr std::size_t kDriverBytes = std::size_t{256} << 20;
-    void* const room = ::mmap(nullptr, kDriverBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (room == MAP_FAILED)
+    void* const space =
+        ::mmap(nullptr, kDriverBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (space == MAP_FAILED)
         throw Error(ErrorKind::kLimit,
                     "Vulkan: memory is too short for a driver; raise its limit (ulimit -v)");
-    ::munmap(room, kDriverBytes);
+    ::munmap(space, kDriverBytes);
     throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
 }
 

@@ -1,7 +1,5 @@
-// The triangles of a leaf.
-#include "shaders/base/buffers.glsl"
-#include "shaders/kernel_interface.h"
-
+// The nodes and leaves of the tree (common/interop/bvh_layout.h).
+READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 READ4_IN_PLACE(Leaves, leaves, kBindLeaves);
 
 // `leaf_at` is the index of a leaf times kLeafVec4s.
