@@ -12,7 +12,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/gltf/gltf_animation.h"
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray::app {
 namespace {

@@ -2,15 +2,368 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <span>
 #include <utility>
 
 #include <glm/geometric.hpp>
 
-#include "common/base/errors.h"
-#include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::gltf {
+namespace {
+
+void read_matrix(const JsonAt& at, Node& node) {
+    std::array<double, 16> m = {};
+    at.numbers(m);
+    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+        at.fail("has a last row other than 0, 0, 0, 1");
+    Affine matrix;
+    for (std::size_t k = 0; k < 4; ++k) matrix.column[k] = {m[4 * k], m[4 * k + 1], m[4 * k + 2]};
+    node.matrix = matrix;
+}
+
+void read_transformation(const JsonAt& at, Node& node) {
+    if (const auto matrix = at.find("matrix")) {
+        for (const char* const other : {"translation", "rotation", "scale"})
+            if (at.find(other)) at.fail("has both matrix and {}", other);
+        read_matrix(*matrix, node);
+    }
+    at.numbers_of("translation", std::span(&node.trs.translation.x, 3));
+    at.numbers_of("scale", std::span(&node.trs.scale.x, 3));
+    if (const auto rotation = at.find("rotation")) {
+        glm::dvec4 numbers(0.0);
+        rotation->numbers(std::span(&numbers.x, 4));
+        const double square = dot(numbers, numbers);
+        if (!(square > 0) || !std::isfinite(square)) rotation->fail("has no direction");
+        node.trs.rotation = unit_quaternion(numbers);
+    }
+}
+
+/// The places of the instances of a node's mesh (kInstancing); nothing without them.
+std::vector<Trs> read_instances(const JsonAt& node, const GltfFile& file) {
+    const auto extension = extension_of(node, kInstancing);
+    const auto attributes = extension ? extension->find("attributes") : std::nullopt;
+    std::vector<Trs> instances;
+    if (!attributes) return instances;
+    const auto read = [&](const char* name, std::size_t width, auto set) {
+        const auto reference = attributes->find(name);
+        if (!reference) return;
+        const std::vector<float> values =
+            floats(file, *reference, {.width = width, .integers = Wanted::Integers::kNormalized});
+        if (instances.empty()) instances.resize(values.size() / width);
+        if (instances.size() != values.size() / width)
+            reference->fail("has {} elements, but another attribute {}", values.size() / width,
+                            instances.size());
+        for (std::size_t i = 0; i < instances.size(); ++i) set(instances[i], &values[width * i]);
+    };
+    read("TRANSLATION", 3, [](Trs& trs, const float* v) { trs.translation = {v[0], v[1], v[2]}; });
+    read("ROTATION", 4, [](Trs& trs, const float* v) {
+        trs.rotation = unit_quaternion({v[0], v[1], v[2], v[3]});
+    });
+    read("SCALE", 3, [](Trs& trs, const float* v) { trs.scale = {v[0], v[1], v[2]}; });
+    return instances;
+}
+
+/// Makes the instances of a mesh nodes below its own.
+void add_instances(const GltfFile& file, std::vector<Node>& nodes) {
+    const std::size_t count = nodes.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        // Joints place a skinned mesh, wherever its node is.
+        if (!nodes[i].mesh || nodes[i].skin) continue;
+        const std::vector<Trs> places = read_instances(file.element("nodes", i), file);
+        nodes[i].has_instances = !places.empty();
+        for (const Trs& place : places) {
+            nodes[i].children.push_back(static_cast<std::uint32_t>(nodes.size()));
+            Node instance;
+            instance.file_index = static_cast<std::uint32_t>(i);
+            instance.trs = place;
+            instance.mesh = nodes[i].mesh;
+            instance.weights = nodes[i].weights;
+            nodes.push_back(std::move(instance));
+        }
+    }
+}
+
+Node read_node(const JsonAt& at, const GltfFile& file) {
+    Node node;
+    if (const auto children = at.find("children")) {
+        for (std::size_t i = 0; i < children->size(); ++i)
+            node.children.push_back((*children)[i].index_below(file.count("nodes"), "nodes"));
+    }
+    read_transformation(at, node);
+    node.mesh = at.index_or_none("mesh", file.count("meshes"), "meshes");
+    node.skin = at.index_or_none("skin", file.count("skins"), "skins");
+    if (node.skin && !node.mesh) at.at("skin").fail("belongs to a mesh, which the node has not");
+    if (const auto weights = at.find("weights")) {
+        node.weights.resize(weights->size());
+        weights->numbers(node.weights);
+    }
+    return node;
+}
+
+void set_parents(const GltfFile& file, std::vector<Node>& nodes) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        for (std::size_t k = 0; k < nodes[i].children.size(); ++k) {
+            Node& child = nodes[nodes[i].children[k]];
+            if (child.parent != kNoNode) {
+                file.element("nodes", i)
+                    .at("children")[k]
+                    .fail("is {}, which is a child of nodes[{}] already", nodes[i].children[k],
+                          child.parent);
+            }
+            child.parent = static_cast<std::uint32_t>(i);
+        }
+    }
+}
+
+/// Depth first. Each node has one parent, so that those below a root form no cycle.
+void append_tree(const std::vector<Node>& nodes, std::uint32_t root,
+                 std::vector<std::uint32_t>& order) {
+    std::vector<std::uint32_t> open = {root};
+    while (!open.empty()) {
+        const Node& node = nodes[open.back()];
+        order.push_back(open.back());
+        open.pop_back();
+        open.insert(open.end(), node.children.rbegin(), node.children.rend());
+    }
+}
+
+std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) {
+    const std::size_t scene_count = file.count("scenes");
+    const std::uint32_t index =
+        file.root().index_or_none("scene", scene_count, "scenes").value_or(0);
+    if (scene_count == 0) return tree.parents_first;
+    const auto roots = file.element("scenes", index).find("nodes");
+    if (!roots) return {};
+    const std::size_t node_count = tree.nodes.size();
+    std::vector<std::uint32_t> listed;
+    std::vector<bool> is_listed(node_count);
+    for (std::size_t i = 0; i < roots->size(); ++i) {
+        const std::uint32_t root = (*roots)[i].index_below(file.count("nodes"), "nodes");
+        if (is_listed[root]) (*roots)[i].fail("is {}, which is there twice", root);
+        is_listed[root] = true;
+        listed.push_back(root);
+    }
+    // A node below a listed one is in its tree already.
+    std::vector<bool> is_below(node_count);
+    for (const std::uint32_t node : tree.parents_first) {
+        const std::uint32_t parent = tree.nodes[node].parent;
+        is_below[node] = parent != kNoNode && (is_listed[parent] || is_below[parent]);
+    }
+    std::vector<std::uint32_t> order;
+    for (const std::uint32_t root : listed)
+        if (!is_below[root]) append_tree(tree.nodes, root, order);
+    return order;
+}
+
+}  // namespace
+
+NodeTree read_nodes(const GltfFile& file) {
+    NodeTree tree;
+    const std::size_t count = file.count("nodes");
+    tree.nodes.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+        tree.nodes.push_back(read_node(file.element("nodes", i), file));
+    for (std::size_t i = 0; i < count; ++i)
+        tree.nodes[i].file_index = static_cast<std::uint32_t>(i);
+    add_instances(file, tree.nodes);
+    set_parents(file, tree.nodes);
+    std::vector<bool> is_reached(tree.nodes.size());
+    for (std::size_t i = 0; i < count; ++i) {
+        if (tree.nodes[i].parent != kNoNode) continue;
+        append_tree(tree.nodes, static_cast<std::uint32_t>(i), tree.parents_first);
+    }
+    for (const std::uint32_t node : tree.parents_first) is_reached[node] = true;
+    for (std::size_t i = 0; i < count; ++i)
+        if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
+    tree.scene = scene_of(file, tree);
+    return tree;
+}
+
+namespace {
+
+// Beyond this, neighbouring frames cannot be distinguished.
+constexpr float kMostSeconds = 1e6f;
+
+std::string list_of(const std::vector<std::string>& names) {
+    std::string list;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, quote(names[i]));
+    return list;
+}
+
+Target target_of(const JsonAt& path) {
+    constexpr std::pair<std::string_view, Target> kTargets[] = {
+        {"translation", Target::kTranslation},
+        {"rotation", Target::kRotation},
+        {"scale", Target::kScale},
+        {"weights", Target::kWeights}};
+    for (const auto& [name, target] : kTargets)
+        if (path.text() == name) return target;
+    path.fail("is {}; must be translation, rotation, scale or weights", quote(path.text()));
+}
+
+Interpolation interpolation_of(const JsonAt& sampler) {
+    const auto given = sampler.find("interpolation");
+    if (!given || given->text() == "LINEAR") return Interpolation::kLinear;
+    if (given->text() == "STEP") return Interpolation::kStep;
+    if (given->text() == "CUBICSPLINE") return Interpolation::kCubicSpline;
+    given->fail("is {}; must be LINEAR, STEP or CUBICSPLINE", quote(given->text()));
+}
+
+class AnimationReader {
+public:
+    AnimationReader(const GltfFile& file, std::size_t index, const AnimationOptions& options,
+                    GltfScene& scene)
+        : options_(options),
+          file_(file),
+          at_(file.element("animations", index)),
+          scene_(scene),
+          animation_(scene.animation) {}
+
+    void run() {
+        const JsonAt channels = at_.at("channels");
+        for (std::size_t i = 0; i < channels.size(); ++i) read_channel(channels[i]);
+        equal_times_.tell(options_.warn);
+    }
+
+private:
+    void read_channel(const JsonAt& at) {
+        const JsonAt target = at.at("target");
+        const auto node = target.index_or_none("node", file_.count("nodes"), "nodes");
+        if (!node) return;  // An extension's target.
+        const JsonAt samplers = at_.at("samplers");
+        const JsonAt sampler = samplers[at.at("sampler").index_below(samplers.size(), "samplers")];
+        Channel channel{.node = *node,
+                        .target = target_of(target.at("path")),
+                        .interpolation = interpolation_of(sampler)};
+        if (!known_.insert({channel.node, channel.target}).second)
+            target.fail("is that of another channel, too");
+        channel.times = times_of(sampler.at("input"));
+        animation_.seconds =
+            std::max(animation_.seconds, static_cast<double>(channel.times.back()));
+        const Node& moved = scene_.tree.nodes[*node];
+        if (channel.target == Target::kWeights) {
+            const auto mesh = moved.mesh ? scene_.meshes.find(*moved.mesh) : scene_.meshes.end();
+            // The mesh of a node that is not shown has not been read.
+            if (moved.mesh && mesh == scene_.meshes.end()) return;
+            channel.width = moved.mesh ? mesh->second.target_count : 0;
+            if (channel.width == 0) target.fail("has no morph targets");
+        } else if (moved.matrix) {
+            file_.element("nodes", *node)
+                .at("matrix")
+                .fail(
+                    "stands in a node that an animation moves; give translation, rotation and "
+                    "scale");
+        }
+        if (channel.target == Target::kRotation) channel.width = 4;
+        channel.values = values_of(sampler.at("output"), channel);
+        animation_.channels.push_back(channel);
+    }
+
+    std::span<const float> numbers_of(const JsonAt& reference, const Wanted& wanted) {
+        const std::tuple key(reference.index_below(file_.count("accessors"), "accessors"),
+                             wanted.width, wanted.integers != Wanted::Integers::kNone);
+        auto known = animation_.numbers.find(key);
+        if (known == animation_.numbers.end()) {
+            std::vector<float> values = floats(file_, reference, wanted);
+            known = animation_.numbers.emplace(key, std::move(values)).first;
+            for (std::size_t i = 0; i < known->second.size(); ++i) {
+                if (!std::isfinite(known->second[i])) reference.fail("number {} is not finite", i);
+            }
+        }
+        return known->second;
+    }
+
+    /// Equal times are an error; if lenient, a warning, and the later one holds.
+    void check_times(const JsonAt& reference, std::span<const float> times) {
+        for (std::size_t i = 0; i < times.size(); ++i) {
+            if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
+                continue;
+            if (i > 0 && times[i] == times[i - 1]) {
+                const std::string what = fmt::format("times {} and {} are equal", i - 1, i);
+                if (!options_.lenient) reference.fail(what + "; repair them", Hint::kLenient);
+                equal_times_.add([&] {
+                    return Warning{file_.name(), fmt::format("{}: {}; the later one holds",
+                                                             reference.path(), what)};
+                });
+                continue;
+            }
+            reference.fail("time {} is {}; times must increase, from 0 to {}", i, times[i],
+                           kMostSeconds);
+        }
+    }
+
+    std::span<const float> times_of(const JsonAt& reference) {
+        const std::span<const float> times = numbers_of(reference, {});
+        if (checked_times_.insert(times.data()).second) check_times(reference, times);
+        return times;
+    }
+
+    std::span<const float> values_of(const JsonAt& reference, const Channel& channel) {
+        const bool is_scalar = channel.target == Target::kWeights;
+        const bool may_be_integers = is_scalar || channel.target == Target::kRotation;
+        const std::span<const float> values = numbers_of(
+            reference, {is_scalar ? 1 : channel.width,
+                        may_be_integers ? Wanted::Integers::kNormalized : Wanted::Integers::kNone});
+        const std::size_t parts =
+            channel.interpolation == Interpolation::kCubicSpline ? kSplineValues : 1;
+        if (values.size() / parts / channel.width != channel.times.size() ||
+            values.size() % (parts * channel.width) != 0) {
+            reference.fail("has {} numbers for {} times of {}", values.size(), channel.times.size(),
+                           parts * channel.width);
+        }
+        return values;
+    }
+
+    const AnimationOptions& options_;
+    const GltfFile& file_;
+    const JsonAt at_;
+    const GltfScene& scene_;
+    ChannelSet& animation_;
+    std::set<std::pair<std::uint32_t, Target>> known_;
+    std::set<const float*> checked_times_;
+    WarningCount equal_times_;
+};
+
+}  // namespace
+
+std::vector<std::string> animation_names(const GltfFile& file) {
+    std::vector<std::string> names;
+    const std::size_t count = file.count("animations");
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto name = file.element("animations", i).find("name");
+        names.push_back(name && name->is_text() ? std::string(name->text()) : std::string());
+    }
+    return names;
+}
+
+std::size_t find_animation(const GltfFile& file, const std::string& text) {
+    if (text.empty()) return 0;
+    const std::vector<std::string> names = animation_names(file);
+    if (names.empty()) {
+        throw Error(ErrorKind::kBadArgument, "animation {}: {} has no animations", quote(text),
+                    file.name());
+    }
+    const auto named = std::find(names.begin(), names.end(), text);
+    if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
+    const std::optional<std::uint64_t> index = parse_unsigned(text);
+    if (index && *index < names.size()) return static_cast<std::size_t>(*index);
+    throw Error(ErrorKind::kBadArgument, "animation {}: {} has no such one; choose one of {}",
+                quote(text), file.name(), list_of(names));
+}
+
+void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,
+                    GltfScene& scene) {
+    AnimationReader(file, index, options, scene).run();
+}
+
 namespace {
 
 constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
@@ -121,7 +474,8 @@ private:
             const std::uint32_t first = scene_.topology.vertex_count;
             first_vertices.push_back(first);
             const bool is_skinned = node.skin && set.influences.per_vertex > 0;
-            scene_.parts.push_back({index, &set, is_skinned ? node.skin : std::nullopt, first});
+            scene_.placed_sets.push_back(
+                {index, &set, is_skinned ? node.skin : std::nullopt, first});
             scene_.topology.vertex_count += static_cast<std::uint32_t>(set.positions.size());
         }
         SmoothNumbers numbers;
@@ -165,7 +519,7 @@ private:
         }
     }
 
-    /// Frees what only the topology is made of.
+    /// Frees the lists that the topology was made from.
     void release_lists() {
         if (has_textures_) scene_.textures.files = std::move(materials_.textures);
         for (auto& [index, mesh] : scene_.meshes) mesh.primitives = {};

@@ -1,16 +1,127 @@
+// Skinning on vectors is compiled once for each target; the rest of this file, once.
 #include "scenes/gltf/pose.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "scenes/gltf/pose.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::gltf {
+namespace HWY_NAMESPACE {
+
+/// Four doubles, in one register or in two: arithmetic that no target may fuse.
+using Double4 = double __attribute__((vector_size(4 * sizeof(double)), may_alias));
+
+/// The fourth component of a place is 1, that of the sum the sum of the weights.
+template <class Real, class PerVertex>
+inline void place_all(const SkinnedVertices& vertices, const Real* p, PerVertex per_vertex,
+                      vec3* out) {
+    const std::uint16_t* joint = vertices.joints;
+    const float* weight = vertices.weights;
+    const std::size_t joint_count = per_vertex;
+    for (std::size_t i = 0; i < vertices.count; ++i) {
+        const double x = static_cast<double>(p[3 * i]);
+        const double y = static_cast<double>(p[3 * i + 1]);
+        const double z = static_cast<double>(p[3 * i + 2]);
+        Double4 sum = {0, 0, 0, 0};
+#pragma GCC unroll 4
+        for (std::size_t k = 0; k < joint_count; ++k) {
+            const auto* const column =
+                reinterpret_cast<const Double4*>(vertices.maps[joint[k]].column);
+            const Double4 place = column[0] * x + column[1] * y + column[2] * z + column[3];
+            sum += place * static_cast<double>(weight[k]);
+        }
+        joint += joint_count;
+        weight += joint_count;
+        const double total = sum[3];
+        sum /= Double4{total, total, total, total};
+        out[i] = {static_cast<float>(sum[0]), static_cast<float>(sum[1]),
+                  static_cast<float>(sum[2])};
+    }
+}
+
+template <class Real>
+inline void place_all(const SkinnedVertices& vertices, const Real* positions, vec3* out) {
+    if (vertices.per_vertex == 4) {
+        place_all(vertices, positions, std::integral_constant<std::size_t, 4>(), out);
+    } else {
+        place_all(vertices, positions, vertices.per_vertex, out);
+    }
+}
+
+inline void place_skinned(const SkinnedVertices& vertices, vec3* out) {
+    if (vertices.morphed != nullptr) {
+        place_all(vertices, vertices.morphed, out);
+    } else {
+        place_all(vertices, &vertices.positions->x, out);
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::gltf
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <map>
-
-#include "scenes/mesh/mesh_rules.h"
+#include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::gltf {
 namespace {
+
+HWY_EXPORT(place_skinned);
+
+double value_at(const Channel& channel, std::size_t key, std::size_t part, std::size_t k) {
+    const bool is_spline = channel.interpolation == Interpolation::kCubicSpline;
+    const std::size_t value = is_spline ? kSplineValues * key + part : key;
+    return static_cast<double>(channel.values[value * channel.width + k]);
+}
+
+glm::dvec4 quaternion_at(const Channel& channel, std::size_t key) {
+    return unit_quaternion({value_at(channel, key, 1, 0), value_at(channel, key, 1, 1),
+                            value_at(channel, key, 1, 2), value_at(channel, key, 1, 3)});
+}
+
+void write(const glm::dvec4& q, std::span<double> out) {
+    for (int k = 0; k < 4; ++k) out[static_cast<std::size_t>(k)] = q[k];
+}
+
+/// The last key at or before a time, or the end key, and the way to the next, in [0, 1).
+struct KeyAt {
+    std::size_t key = 0;
+    double u = 0;
+    /// From the key to the next one; 0 if u is 0.
+    double seconds = 0;
+};
+
+KeyAt key_at(std::span<const float> times, double time) {
+    const auto after = std::upper_bound(times.begin(), times.end(), time,
+                                        [](double t, float key) { return t < double{key}; });
+    if (after == times.begin()) return {};
+    const auto key = static_cast<std::size_t>(after - times.begin()) - 1;
+    if (after == times.end()) return {key};
+    const double from = static_cast<double>(times[key]);
+    const double seconds = static_cast<double>(times[key + 1]) - from;
+    if (time == from) return {key};
+    return {key, (time - from) / seconds, seconds};
+}
+
+void sample_spline(const Channel& channel, const KeyAt& at, std::span<double> out) {
+    const std::array<double, 4> weights = hermite_weights(at.u, at.seconds);
+    for (std::size_t k = 0; k < channel.width; ++k) {
+        out[k] = weights[0] * value_at(channel, at.key, 1, k) +
+                 weights[1] * value_at(channel, at.key, 2, k) +
+                 weights[2] * value_at(channel, at.key + 1, 1, k) +
+                 weights[3] * value_at(channel, at.key + 1, 0, k);
+    }
+}
 
 void apply(const Channel& channel, double seconds, Trs& trs) {
     std::array<double, 4> value = {};
@@ -26,8 +137,8 @@ void apply(const Channel& channel, double seconds, Trs& trs) {
 
 Affine rest_of(const Node& node) { return node.matrix ? *node.matrix : affine_of(node.trs); }
 
-const std::vector<double>& rest_weights(const GltfScene& scene, const Part& part) {
-    const Node& node = scene.tree.nodes[part.node];
+const std::vector<double>& rest_weights(const GltfScene& scene, const PlacedSet& placed) {
+    const Node& node = scene.tree.nodes[placed.node];
     return node.weights.empty() ? scene.meshes.at(*node.mesh).weights : node.weights;
 }
 
@@ -81,6 +192,29 @@ std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene,
 
 }  // namespace
 
+PlaceSkinned place_skinned_on(const SimdTarget& target) {
+    return SIMD_FUNCTION(place_skinned, target);
+}
+
+void sample(const Channel& channel, double time, std::span<double> out) {
+    const KeyAt at = key_at(channel.times, time);
+    const bool is_rotation = channel.target == Target::kRotation;
+    if (at.u == 0 || channel.interpolation == Interpolation::kStep) {
+        for (std::size_t k = 0; k < channel.width; ++k) out[k] = value_at(channel, at.key, 1, k);
+    } else if (channel.interpolation == Interpolation::kCubicSpline) {
+        sample_spline(channel, at, out);
+    } else if (is_rotation) {
+        return write(
+            slerp(quaternion_at(channel, at.key), quaternion_at(channel, at.key + 1), at.u), out);
+    } else {
+        for (std::size_t k = 0; k < channel.width; ++k) {
+            const double a = value_at(channel, at.key, 1, k);
+            out[k] = a + (value_at(channel, at.key + 1, 1, k) - a) * at.u;
+        }
+    }
+    if (is_rotation) write(unit_quaternion({out[0], out[1], out[2], out[3]}), out);
+}
+
 Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
     const std::vector<Node>& nodes = scene.tree.nodes;
     std::map<std::uint32_t, Trs> moved;
@@ -104,9 +238,9 @@ Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
         pose.to_world[index] = parent == kNoNode ? local : product(pose.to_world[parent], local);
     }
     for (Affine& map : pose.to_world) map.column[3] -= origin.at;
-    for (const Part& part : scene.parts) {
-        const auto animated = weights.find(scene.tree.nodes[part.node].file_index);
-        pose.weights.push_back(animated == weights.end() ? rest_weights(scene, part)
+    for (const PlacedSet& placed : scene.placed_sets) {
+        const auto animated = weights.find(scene.tree.nodes[placed.node].file_index);
+        pose.weights.push_back(animated == weights.end() ? rest_weights(scene, placed)
                                                          : animated->second);
     }
     return pose;
@@ -114,10 +248,10 @@ Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
 
 Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
     : scene_(scene), place_skinned_(place_skinned_on(target)) {
-    for (std::size_t part = 0; part < scene.parts.size(); ++part) {
-        const std::size_t count = scene.parts[part].set->positions.size();
+    for (std::size_t i = 0; i < scene.placed_sets.size(); ++i) {
+        const std::size_t count = scene.placed_sets[i].set->positions.size();
         for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
-            blocks_.push_back({static_cast<std::uint32_t>(part), static_cast<std::uint32_t>(begin),
+            blocks_.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(begin),
                                static_cast<std::uint32_t>(std::min(begin + kBlockSize, count))});
         }
     }
@@ -128,23 +262,23 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
     std::atomic<std::size_t> first_bad = kNoVertex;
     tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t index) {
         const Block& block = blocks_[index];
-        const Part& part = scene_.parts[block.part];
+        const PlacedSet& of = scene_.placed_sets[block.placed_set];
         Scratch positions;
-        const bool is_morphed = !part.set->targets.empty();
-        if (is_morphed || !part.skin)
-            morph(*part.set, pose.weights[block.part], block.begin, block.end, positions);
+        const bool is_morphed = !of.set->targets.empty();
+        if (is_morphed || !of.skin)
+            morph(*of.set, pose.weights[block.placed_set], block.begin, block.end, positions);
         const std::span<vec3> placed =
-            out.subspan(part.first_vertex + block.begin, block.end - block.begin);
-        if (part.skin) {
-            const Influences& influences = part.set->influences;
+            out.subspan(of.first_vertex + block.begin, block.end - block.begin);
+        if (of.skin) {
+            const Influences& influences = of.set->influences;
             const std::size_t first = block.begin * influences.per_vertex;
             place_skinned_(
-                {joints.at(*part.skin).data(), influences.per_vertex, &influences.joints[first],
-                 &influences.weights[first], &part.set->positions[block.begin],
+                {joints.at(*of.skin).data(), influences.per_vertex, &influences.joints[first],
+                 &influences.weights[first], &of.set->positions[block.begin],
                  is_morphed ? positions.data() : nullptr, placed.size()},
                 placed.data());
         } else {
-            place_rigid(pose.to_world[part.node], positions, placed);
+            place_rigid(pose.to_world[of.node], positions, placed);
         }
         if (MeshRules::are_good(placed)) return;
         const auto vertex = static_cast<std::size_t>(
@@ -157,3 +291,5 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
 }
 
 }  // namespace mray::gltf
+
+#endif

@@ -12,10 +12,13 @@
 
 namespace mray::gltf {
 
+/// The value of a channel at a time in seconds; a rotation has length 1.
+void sample(const Channel& channel, double time, std::span<double> out);
+
 struct Pose {
     /// From the space of each node to world space.
     std::vector<Affine> to_world;
-    /// weights[part][target]: one for each part of the scene and each morph target of its mesh.
+    /// weights[placed_set][target]: one for each placed set and each morph target of its mesh.
     std::vector<std::vector<double>> weights;
 };
 
@@ -62,9 +65,9 @@ public:
     std::size_t place(const Pose& pose, std::span<vec3> out) const;
 
 private:
-    /// A piece of work: vertices [begin, end) of a part.
+    /// Vertices [begin, end) of a placed set, which one task places.
     struct Block {
-        std::uint32_t part = 0;
+        std::uint32_t placed_set = 0;
         std::uint32_t begin = 0;
         std::uint32_t end = 0;
     };

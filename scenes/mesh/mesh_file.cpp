@@ -1,25 +1,19 @@
 #include "scenes/mesh/mesh_file.h"
 
-#include "common/base/errors.h"
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "common/text/text_parts.h"
 
 namespace mray {
 namespace {
 
-std::string extension_of(const std::filesystem::path& path) {
-    return lower_case(path.extension().native());
+[[noreturn]] void fail(const std::string& place, const std::string& what, Hint hint = Hint::kNone) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place, what), hint);
 }
 
 }  // namespace
-
-bool has_mesh_name(const std::filesystem::path& path) {
-    const std::string extension = extension_of(path);
-    return extension == ".obj" || extension == ".ply";
-}
-
-FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {
-    return extension_of(path) == ".ply" ? read_ply(path, options) : read_obj(path, options);
-}
 
 void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
                    const MeshFileOptions& options) {
@@ -32,6 +26,72 @@ void require_faces(const FileMesh& mesh, const std::string& name, std::string_vi
     if (!mesh.faces.corner_counts.empty()) return;
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
     throw Error(ErrorKind::kBadInput, "{}: {}; is it {}?", name, missing, kind);
+}
+
+bool MeshRules::are_good(std::span<const vec3> positions) {
+    // Without a branch, so that the compiler makes vectors of it.
+    std::uint32_t bad = 0;
+    for (const vec3& p : positions)
+        bad |= std::uint32_t{!is_good(p.x)} | std::uint32_t{!is_good(p.y)} |
+               std::uint32_t{!is_good(p.z)};
+    return bad == 0;
+}
+
+void MeshRules::take_bad_coordinate(double value, std::string_view text, const PlaceText& place) {
+    const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
+    if (!lenient_) {
+        fail(place(), fmt::format("coordinate {} {}; repair it", quote(text), what),
+             Hint::kLenient);
+    }
+    bad_coordinates_.add([&] {
+        return Warning{place(), fmt::format("coordinate {} {}; kept as it is", quote(text), what)};
+    });
+}
+
+bool MeshRules::keeps_face(std::uint64_t corners, bool is_cut, const PlaceText& place) {
+    if (corners >= 3) return true;
+    const std::string what = fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
+    if (!lenient_ && is_cut) fail(place(), what + " at the end; the file was cut, write it again");
+    if (!lenient_ && corners < 2) fail(place(), what + "; a face needs 3, is the file complete?");
+    left_out_.add([&] { return Warning{place(), what + "; left out"}; });
+    return false;
+}
+
+void MeshRules::count_triangles(std::uint64_t count, const PlaceText& place) {
+    triangle_count_ += count;
+    if (triangle_count_ <= max_triangles_) return;
+    throw Error(ErrorKind::kLimit, "{}: more than {} triangles; split or simplify the scene",
+                place(), max_triangles_);
+}
+
+void MeshRules::leave_out(const std::string& problem, const PlaceText& place) {
+    if (!lenient_) fail(place(), problem);
+    left_out_.add([&] { return Warning{place(), problem + "; face left out"}; });
+}
+
+void MeshRules::tell(const WarnFunction& warn) const {
+    left_out_.tell(warn);
+    bad_coordinates_.tell(warn);
+}
+
+double channel_of(double value, double full, WarningCount& clamped,
+                  const MeshRules::PlaceText& place) {
+    // NaN becomes 0.
+    const double channel = std::min(std::max(0.0, value), full);
+    if (channel != value) {
+        clamped.add([&] {
+            return Warning{place(),
+                           fmt::format("colour {} is not from 0 to {}; clamped", value, full)};
+        });
+    }
+    return channel / full;
+}
+
+std::string not_a_number(std::string_view text) {
+    const bool has_comma = text.find(',') != std::string_view::npos;
+    return fmt::format(
+        "{} is not a number; {}", quote(text),
+        has_comma ? "write decimals with a point, not a comma" : "is the file complete?");
 }
 
 }  // namespace mray

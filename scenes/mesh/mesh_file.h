@@ -1,16 +1,21 @@
-// A mesh as a file has it, and the formats that are read.
+// A mesh as a file has it, and the rules for vertices and faces that all formats share.
 #pragma once
 
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/interop/platform.h"
+#include "common/base/hash.h"
 #include "common/scene/mesh.h"
 #include "common/scene/origin.h"
 #include "common/scene/textures.h"
@@ -57,29 +62,134 @@ struct FileMesh {
     std::vector<Texcoord> texcoords;
 };
 
-/// Reads positions and colours of vertices, faces, normals for FileMesh::smooth alone, and from
-/// material libraries diffuse colours and the names of textures. Faces whose texture is missing
-/// have their colour alone, with a warning. Keeps degenerate faces. Throws Error: kBadInput with
-/// file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
-FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
-
-/// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
-/// order of bytes: faces and strips. Integer colours are those of images, whose squares are linear;
-/// others are linear. Vertices with equal positions and normals are smooth together. Throws Error:
-/// kBadInput with the line or the byte, kLimit. Thread-safe as read_obj().
-FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
-
-/// Whether the name ends with .obj or .ply, in letters of either case.
-bool has_mesh_name(const std::filesystem::path& path);
-
-/// By the format of its name, else as OBJ. Throws Error: kBadInput with the place, kLimit.
-FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
-
 /// Sets the origin and the positions of a mesh from the coordinates of its file.
 void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
                    const MeshFileOptions& options);
 
 /// `name` is the file and `kind` its format in the message: "an OBJ file".
 void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind);
+
+/// Keeps the first warning of a kind and counts the rest, however many a file has.
+class WarningCount {
+public:
+    /// `make` returns the Warning; it is called for the first one only.
+    template <class Make>
+    void add(const Make& make) {
+        if (count_++ == 0) first_ = make();
+    }
+    /// Calls work(), whose Error(kBadInput) about `file` becomes a warning that ends with `effect`.
+    template <class Work>
+    void catch_fault(const std::string& file, const char* effect, const Work& work) {
+        try {
+            work();
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            add([&] {
+                const Warning fault = as_warning(error, file);
+                return Warning{fault.place, fault.text + effect};
+            });
+        }
+    }
+    void tell(const WarnFunction& warn) const {
+        if (count_ == 0 || !warn) return;
+        Warning warning = first_;
+        warning.more = count_ - 1;
+        warn(warning);
+    }
+
+private:
+    Warning first_;
+    std::uint64_t count_ = 0;
+};
+
+/// Coordinates beyond this are refused like infinite ones; diverging simulations write them.
+inline constexpr float kMaxCoordinate = 1e30f;
+
+/// Checks vertices and faces while a file is read, and counts what a lenient reading accepts.
+/// `place` returns where, such as "mesh.obj:12", for the first fault of a kind.
+class MeshRules {
+public:
+    using PlaceText = std::function<std::string()>;
+
+    explicit MeshRules(bool lenient, std::uint64_t max_triangles = kMaxTriangles)
+        : lenient_(lenient), max_triangles_(max_triangles) {}
+
+    /// False for NaN, too.
+    static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
+    /// Lets what is rounded to the limit through, too.
+    static bool is_good(double coordinate) {
+        return std::abs(coordinate) <= double{kMaxCoordinate} * (1 + 0x1p-25);
+    }
+    static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
+    static bool are_good(std::span<const vec3> positions);
+    /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
+    void take_bad_coordinate(double value, std::string_view text, const PlaceText& place);
+
+    /// A face needs 3 corners. Exporters write edges as faces of two: they are left out with a
+    /// warning. Unless lenient, throws Error(kBadInput) for fewer, and for two if `is_cut`: the
+    /// file may end there.
+    bool keeps_face(std::uint64_t corners, bool is_cut, const PlaceText& place);
+    /// Throws Error(kLimit) if there are more than max_triangles.
+    void count_triangles(std::uint64_t count, const PlaceText& place);
+    /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.
+    void leave_out(const std::string& problem, const PlaceText& place);
+
+    void tell(const WarnFunction& warn) const;
+
+private:
+    const bool lenient_;
+    const std::uint64_t max_triangles_;
+    std::uint64_t triangle_count_ = 0;
+    WarningCount left_out_;
+    WarningCount bad_coordinates_;
+};
+
+/// Corners with equal positions and normals look smooth together and have one number, that of the
+/// first of them.
+class SmoothNumbers {
+public:
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+    /// A position, or a vertex and zeros, and a normal.
+    using Key = std::array<std::uint32_t, 6>;
+
+    /// Adding 0 gives -0 the bits of 0.
+    static std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); }
+
+    std::uint32_t number_of(const Key& key, std::uint32_t corner) {
+        return firsts_.try_emplace(key, corner).first->second;
+    }
+    /// The corners of a vertex share `number`, which is kNone before the first of them.
+    std::uint32_t number_of(std::uint32_t& number, const vec3& p, const vec3& normal,
+                            std::uint32_t corner) {
+        if (number == kNone) {
+            number = number_of(
+                {bits(p.x), bits(p.y), bits(p.z), bits(normal.x), bits(normal.y), bits(normal.z)},
+                corner);
+        }
+        return number;
+    }
+
+private:
+    struct KeyHash {
+        std::size_t operator()(const Key& key) const {
+            return static_cast<std::size_t>(hash_of(key));
+        }
+    };
+    std::unordered_map<Key, std::uint32_t, KeyHash> firsts_;
+};
+
+/// A channel of a colour, of which `full` is 1. Others than 0 to `full` are clamped, with a
+/// warning.
+double channel_of(double value, double full, WarningCount& clamped,
+                  const MeshRules::PlaceText& place);
+
+/// The linear value of a channel of images, as its square.
+inline double linear_of(double channel) {
+    const auto c = static_cast<float>(channel);
+    return static_cast<double>(c * c);
+}
+
+/// Returns the message for a text that is no number: what is wrong with it, and what to do.
+std::string not_a_number(std::string_view text);
 
 }  // namespace mray

@@ -1,5 +1,4 @@
-#include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/obj/obj_reader.h"
 
 #include <fmt/format.h>
 
@@ -7,33 +6,380 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
+#include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
-#include "common/base/errors.h"
+#define TINYOBJLOADER_IMPLEMENTATION
+#include <tiny_obj_loader.h>
+
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/obj/obj_lines.h"
-#include "scenes/obj/obj_materials.h"
 
 namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kBlanks = " \t\f";
+
+/// Splits a text into statements and refuses what is no text. `name` is the file in messages.
+class ObjLines {
+public:
+    ObjLines(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
+        if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+    }
+
+    bool at_end() const { return rest_.empty(); }
+    /// A line, or several of which all but the last end in a backslash. Valid until the next call.
+    std::string_view next() {
+        line_ = next_line_;
+        std::string_view statement = take_line();
+        statement.remove_prefix(std::min(statement.find_first_not_of(kBlanks), statement.size()));
+        if (!statement.ends_with('\\') || statement.starts_with('#') || at_end()) return statement;
+        joined_ = statement;
+        while (joined_.ends_with('\\') && !at_end()) {
+            joined_.back() = ' ';
+            joined_ += take_line();
+        }
+        return joined_;
+    }
+
+    /// The line that the current statement begins in.
+    std::uint64_t line() const { return line_; }
+    /// Whether the current statement ends the file without a line end.
+    bool may_be_cut() const { return !has_line_end_; }
+    std::string place() const { return fmt::format("{}:{}", name_, line_); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
+    }
+
+private:
+    std::string_view take_line() {
+        ++next_line_;
+        std::size_t length = 0;
+        for (; length < rest_.size() && rest_[length] != '\n' && rest_[length] != '\r'; ++length) {
+            const auto c = static_cast<unsigned char>(rest_[length]);
+            if (c >= 32 || c == '\t' || c == '\f') continue;
+            fail(
+                fmt::format("control character 0x{:02X}; this is binary data or UTF-16, save it as "
+                            "UTF-8 text",
+                            c));
+        }
+        const std::string_view line = rest_.substr(0, length);
+        has_line_end_ = length < rest_.size();
+        rest_.remove_prefix(length);
+        if (has_line_end_) rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : 1);
+        return line;
+    }
+
+    std::string_view rest_;
+    const std::string name_;
+    std::uint64_t line_ = 1;
+    std::uint64_t next_line_ = 1;
+    bool has_line_end_ = false;
+    std::string joined_;
+};
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+/// Removes and returns the next word; empty at the end of the statement or at a comment.
+std::string_view next_word(std::string_view& rest) {
+    const auto* const begin = std::find_if_not(rest.begin(), rest.end(), is_blank);
+    if (begin == rest.end() || *begin == '#') return {};
+    const auto* const end = std::find_if(begin, rest.end(), is_blank);
+    rest = std::string_view(end, static_cast<std::size_t>(rest.end() - end));
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
+
+constexpr Albedo kWhite = 0x00FFFFFF;
+
+/// Tells materials without Kd from black ones.
+constexpr const char* kNoColour = "Kd -1\n";
+
+/// The name of a file as a statement has it: in quotes, with "\\ " for blanks, \\ for slashes.
+std::string file_name_of(std::string_view text) {
+    text = trimmed(text, kBlanks);
+    if (text.size() > 1 && text.front() == '"' && text.back() == '"')
+        text = text.substr(1, text.size() - 2);
+    std::string name;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '\\')
+            name += text[i];
+        else if (!text.substr(i + 1).starts_with(' '))
+            name += '/';
+    }
+    return name;
+}
+
+/// As side_file(); a file of another folder is searched beside the scene file by its last name.
+fs::path find_side_file(const fs::path& scene_file, const std::string& name) {
+    try {
+        return side_file(scene_file, name);
+    } catch (const Error&) {
+        try {
+            return side_file(scene_file, name.substr(name.rfind('/') + 1));
+        } catch (const Error&) {
+        }
+        throw;
+    }
+}
+
+/// A number that tinyobjloader, which adds up digits in double precision, rounds to this float.
+std::string exact(float number) { return fmt::format(" {:.9g}", number); }
+
+/// A statement Kd of three numbers from 0 to 1, or kNoColour. One number is grey.
+std::string full_colour(std::string_view words, WarningCount& clamped,
+                        const MeshRules::PlaceText& place) {
+    std::string channels;
+    for (int i = 0; i < 3; ++i) {
+        const std::string_view word = next_word(words);
+        if (i == 1 && word.empty()) return fmt::format("Kd{0}{0}{0}\n", channels);
+        const std::optional<double> number = parse_double(word);
+        if (!number) return kNoColour;
+        channels += exact(static_cast<float>(channel_of(*number, 1, clamped, place)));
+    }
+    return fmt::format("Kd{}\n", channels);
+}
+
+/// A statement map_Kd with all the numbers that tinyobjloader reads after an option. It replaces
+/// words that are not numbers by the default.
+std::string full_map(std::string_view words) {
+    // With their largest number of words; all but the first are numbers and optional.
+    constexpr std::pair<std::string_view, std::size_t> kOptions[] = {
+        {"-blendu", 1}, {"-blendv", 1},     {"-bm", 1},      {"-boost", 1}, {"-cc", 1},
+        {"-clamp", 1},  {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},    {"-o", 3},
+        {"-s", 3},      {"-t", 3},          {"-texres", 1},  {"-type", 1}};
+    std::string full = "map_Kd";
+    for (;;) {
+        std::string_view rest = words;
+        const std::string_view option = next_word(rest);
+        const auto* const known =
+            std::ranges::find(kOptions, option, &std::pair<std::string_view, std::size_t>::first);
+        if (known == std::end(kOptions)) return fmt::format("{}{}\n", full, words);
+        std::string values;
+        for (std::size_t i = 0; i < known->second; ++i) {
+            std::string_view after = rest;
+            const std::string_view word = next_word(after);
+            const std::optional<float> number = parse_float(word);
+            const bool is_given = i == 0 || (number && !trimmed(after, kBlanks).empty());
+            if (is_given) rest = after;
+            const bool is_number = is_given && number && std::isfinite(*number);
+            values += is_number ? exact(*number) : word == "on" ? " on" : " off";
+        }
+        if (option == "-clamp" || option == "-o" || option == "-s")
+            full.append(" ").append(option).append(values);
+        words = rest;
+    }
+}
+
+/// Adds the material that the statements describe, unless its name is known. tinyobjloader uses a
+/// kilobyte a material, so it reads them one by one.
+void add_material(const std::string& statements, const fs::path& library, MaterialMap& materials) {
+    std::istringstream stream(statements);
+    std::map<std::string, int> indices;
+    std::vector<tinyobj::material_t> read;
+    std::string ignored;
+    tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
+    const tinyobj::material_t& one = read.back();
+    if (one.name.empty()) return;
+    const auto& kd = one.diffuse;
+    const tinyobj::texture_option_t& map = one.diffuse_texopt;
+    Material material{.map = file_name_of(one.diffuse_texname),
+                      .clamp = map.clamp,
+                      .scale = {map.scale[0], map.scale[1]},
+                      .offset = {map.origin_offset[0], map.origin_offset[1]},
+                      .library = library};
+    if (kd[0] >= 0) material.albedo = albedo_of(kd[0], kd[1], kd[2]);
+    materials.try_emplace(one.name, std::move(material));
+}
+
+}  // namespace
+
+MaterialMap read_mtl_text(std::string_view text, const fs::path& library, WarningCount& unread) {
+    MaterialMap materials;
+    std::string statements;
+    ObjLines lines(text, escape(library));
+    const MeshRules::PlaceText place = [&] { return lines.place(); };
+    while (!lines.at_end()) {
+        const std::string_view statement = lines.next();
+        std::string_view rest = statement;
+        const std::string_view keyword = next_word(rest);
+        if (keyword == "newmtl") {
+            add_material(statements, library, materials);
+            statements = fmt::format("newmtl {}\n{}", trimmed(rest, kBlanks), kNoColour);
+        } else if (keyword == "Kd") {
+            const std::string colour = full_colour(rest, unread, place);
+            statements += colour;
+            if (colour != kNoColour) continue;
+            unread.add([&] {
+                return Warning{place(), fmt::format("{} is not read; write one number or three",
+                                                    quote(statement))};
+            });
+        } else if (keyword == "map_Kd") {
+            statements += full_map(rest);
+        }
+    }
+    add_material(statements, library, materials);
+    return materials;
+}
+
+namespace {
+
+/// Gives faces colours and textures. Texture files lie at the library's path or beside it.
+class ObjMaterials {
+public:
+    /// `path` is the OBJ file. Keeps references to all three.
+    ObjMaterials(const fs::path& path, const MeshFileOptions& options, FileMesh& mesh)
+        : path_(path), options_(options), mesh_(mesh), name_(escape(path)) {}
+
+    /// Adds the materials of the libraries that a line names: one name with blanks, or several. A
+    /// library that cannot be read is a warning.
+    void read_libraries(std::string_view names) {
+        if (options_.positions_only) return;
+        names = trimmed(names, kBlanks);
+        try {
+            return read_library(side_file(path_, file_name_of(names)));
+        } catch (const Error&) {  // It may be several names.
+        }
+        while (!names.empty() && names.front() != '#') {
+            std::size_t end = 0;
+            while (end < names.size() && (!is_blank(names[end]) || names[end - 1] == '\\')) ++end;
+            try {
+                read_library(find_side_file(path_, file_name_of(names.substr(0, end))));
+            } catch (const Error& error) {
+                unread_.add([&] {
+                    return Warning{name_,
+                                   as_warning(error, name_).text + "; its materials are clay"};
+                });
+            }
+            names = trimmed(names.substr(end), kBlanks);
+        }
+    }
+    /// Gives the next faces a material; the default, if the name is not known.
+    void use(std::string_view name) {
+        name = trimmed(name, kBlanks);
+        if (options_.positions_only || name.empty()) return;
+        current_ = &default_;
+        const auto found = materials_.find(std::string(name));
+        if (found == materials_.end()) {
+            return unknown_.add([&] {
+                return Warning{name_,
+                               fmt::format("material {} is in no library; faces that use it are "
+                                           "clay",
+                                           quote(name))};
+            });
+        }
+        Material& material = found->second;
+        if (!std::exchange(material.is_used, true) && !material.map.empty())
+            material.texture = texture_of(material);
+        current_ = &material;
+    }
+    /// Colours the next face of the mesh. Null stands for corners without texture coordinates.
+    void add_face(std::span<const Texcoord* const> texcoords) {
+        const Material& material = *current_;
+        bool is_textured = material.texture != kNoTexture;
+        if (is_textured && std::ranges::find(texcoords, nullptr) != texcoords.end()) {
+            is_textured = false;
+            without_texcoords_.add([&] {
+                return Warning{
+                    name_,
+                    "face with a texture, but without texture coordinates; has its colour "
+                    "alone"};
+            });
+        }
+        // Some exporters write black for materials whose colour is the texture.
+        mesh_.albedo.push_back(is_textured && material.albedo.value_or(0) == 0
+                                   ? kWhite
+                                   : material.albedo.value_or(kClay));
+        if (mesh_.textures.empty()) return;
+        has_textured_faces_ |= is_textured;
+        mesh_.face_textures.push_back(is_textured ? material.texture : kNoTexture);
+        for (const Texcoord* const at : texcoords) {
+            Texcoord& texcoord = mesh_.texcoords.emplace_back();
+            if (!is_textured) continue;
+            texcoord.u = at->u * material.scale[0] + material.offset[0];
+            texcoord.v = at->v * material.scale[1] + material.offset[1];
+        }
+    }
+    /// Gives the warnings, once all faces have been added.
+    void finish() {
+        for (const WarningCount* const warnings :
+             {&unread_, &odd_colours_, &unknown_, &missing_, &without_texcoords_})
+            warnings->tell(options_.warn);
+        if (has_textured_faces_) return;
+        mesh_.textures = {};
+        mesh_.face_textures = {};
+        mesh_.texcoords = {};
+    }
+
+private:
+    void read_library(const fs::path& library) {
+        if (libraries_.contains(library)) return;
+        MaterialMap read = read_mtl_text(read_input_file(library), library, odd_colours_);
+        materials_.merge(read);
+        libraries_.insert(library);
+    }
+    /// The index of the material's texture, or kNoTexture with a warning if there is no such file.
+    std::uint32_t texture_of(const Material& material) {
+        TextureFile file{.clamp = material.clamp};
+        const std::string library = escape(material.library);
+        try {
+            file.path = find_side_file(material.library, material.map).native();
+        } catch (const Error& error) {
+            missing_.add([&] {
+                return Warning{library, fmt::format("map_Kd: {}; its faces have no texture",
+                                                    as_warning(error, library).text)};
+            });
+            return kNoTexture;
+        }
+        const auto same = std::ranges::find(mesh_.textures, file);
+        const auto texture = static_cast<std::uint32_t>(same - mesh_.textures.begin());
+        // Faces before the first texture have none.
+        if (mesh_.textures.empty()) {
+            mesh_.face_textures.resize(mesh_.faces.corner_counts.size(), kNoTexture);
+            mesh_.texcoords.resize(mesh_.faces.corners.size());
+        }
+        if (same == mesh_.textures.end()) mesh_.textures.push_back(std::move(file));
+        return texture;
+    }
+
+    const fs::path& path_;
+    const MeshFileOptions& options_;
+    FileMesh& mesh_;
+    const std::string name_;
+    std::set<fs::path> libraries_;
+    MaterialMap materials_;
+    const Material default_;
+    const Material* current_ = &default_;
+    bool has_textured_faces_ = false;
+    WarningCount unread_;
+    WarningCount odd_colours_;
+    WarningCount unknown_;
+    WarningCount missing_;
+    WarningCount without_texcoords_;
+};
+
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-/// The place of an index from 1, or relative to the end if negative; kNone if there is none yet.
-std::uint32_t place_of(int index, std::size_t size) {
+/// The index from 0 of one from 1, or relative to the end if negative; kNone if not there yet.
+std::uint32_t index_of(int index, std::size_t size) {
     const auto count = static_cast<std::int64_t>(size);
     const std::int64_t at = index > 0 ? std::int64_t{index} - 1 : count + index;
     return index != 0 && at >= 0 && at < count ? static_cast<std::uint32_t>(at) : kNone;
 }
 
-/// The numbers of a corner's vertex, texture coordinates and normal as the file has them; 0: none.
+/// A corner's vertex, texture coordinates and normal as the file numbers them; 0: none.
 using Corner = std::array<int, 3>;
 
 /// Reads v, v/vt, v//vn or v/vt/vn, in which all numbers but v may be missing.
@@ -54,8 +400,8 @@ std::optional<Corner> parse_corner(std::string_view word) {
     return std::nullopt;
 }
 
-/// Takes a number; 0 if it is not there or not finite.
-float take_finite(std::string_view& words) {
+/// Reads a number; 0 if it is not there or not finite.
+float next_finite(std::string_view& words) {
     const float number = parse_float(next_word(words)).value_or(0.0f);
     return std::isfinite(number) ? number : 0;
 }
@@ -98,10 +444,10 @@ private:
             read_vertex(rest);
         } else if (keyword == "vn" && !options_.positions_only) {
             for (std::uint32_t& bits : normals_.emplace_back())
-                bits = SmoothNumbers::bits(take_finite(rest));
+                bits = SmoothNumbers::bits(next_finite(rest));
         } else if (keyword == "vt" && !options_.positions_only) {
-            const float u = take_finite(rest);
-            texcoords_.push_back({u, take_finite(rest)});
+            const float u = next_finite(rest);
+            texcoords_.push_back({u, next_finite(rest)});
         } else if (keyword == "usemtl") {
             materials_.use(rest);
         } else if (keyword == "mtllib") {
@@ -189,7 +535,7 @@ private:
         vertices_of_face_.clear();
         for (const Corner& corner : corners_) {
             const int index = corner[0];
-            std::uint32_t vertex = place_of(index, positions_.size());
+            std::uint32_t vertex = index_of(index, positions_.size());
             if (vertex == kNone && index <= 0) {
                 return rules_.leave_out(
                     index == 0 ? "vertex 0; indices start at 1"
@@ -214,7 +560,7 @@ private:
                                    vertices_of_face_.end());
         texcoords_of_face_.clear();
         for (std::size_t i = 0; i < corners_.size(); ++i) {
-            const std::uint32_t texcoord = place_of(corners_[i][1], texcoords_.size());
+            const std::uint32_t texcoord = index_of(corners_[i][1], texcoords_.size());
             texcoords_of_face_.push_back(texcoord == kNone ? nullptr : &texcoords_[texcoord]);
             if (!options_.positions_only)
                 mesh_.smooth.push_back(smooth_number(vertices_of_face_[i], corners_[i][2]));
@@ -232,7 +578,7 @@ private:
     /// The number of the first corner with this vertex and normal.
     std::uint32_t smooth_number(std::uint32_t vertex, int normal_index) {
         const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
-        const std::uint32_t normal = place_of(normal_index, normals_.size());
+        const std::uint32_t normal = index_of(normal_index, normals_.size());
         if (normal == kNone) return next;
         has_normals_ = true;
         const auto& [x, y, z] = normals_[normal];
@@ -243,12 +589,11 @@ private:
     ObjLines lines_;
     const MeshFileOptions& options_;
     MeshRules rules_;
-    const MeshRules::Place place_;
+    const MeshRules::PlaceText place_;
     FileMesh mesh_;
     std::vector<glm::dvec3> positions_;
     ObjMaterials materials_;
-    /// Those of the face that is read.
-    std::vector<Corner> corners_;
+    std::vector<Corner> corners_;  // of the face that is read
     std::vector<vec3> painted_;
     WarningCount clamped_;
     WarningCount odd_colours_;

@@ -12,6 +12,8 @@
 
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
+#include "scenes/procedural/body_scenes.h"
+#include "scenes/procedural/surface_scenes.h"
 
 namespace mray {
 namespace {

@@ -1,4 +1,4 @@
-#include "scenes/procedural/helpers.h"
+#include "scenes/procedural/surfaces.h"
 
 #include <algorithm>
 #include <cmath>

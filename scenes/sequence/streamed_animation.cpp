@@ -3,20 +3,38 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <new>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
-#include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "common/base/hash.h"
+#include "common/base/input_file.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
+#include "scenes/obj/obj_reader.h"
+#include "scenes/ply/ply_reader.h"
 
 namespace mray {
 namespace {
 
-/// Gives triangles what their corners, indices in mesh.faces, have.
+std::string extension_of(const std::filesystem::path& path) {
+    return lower_case(path.extension().native());
+}
+
+/// Gives triangles the smooth numbers and textures of their corners, indices in mesh.faces.
 void set_corners(const FileMesh& mesh, std::span<const uvec3> corners, std::vector<uvec3>& smooth,
                  SceneTextures& textures) {
     if (!mesh.smooth.empty()) {
@@ -53,7 +71,7 @@ void set_albedo(const FileMesh& mesh, Topology& topology) {
     }
 }
 
-/// The positions of a keyframe, in world space. They stay in memory while a pointer to them exists.
+/// The positions of a keyframe, in world space.
 using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
 
 /// Keeps keyframes up to 128 MiB, else the last one and its neighbour. Threads may share it.
@@ -67,8 +85,7 @@ public:
     KeyframePositions find(std::size_t keyframe) const {
         const std::scoped_lock lock(mutex_);
         const auto found = entries_.find(keyframe);
-        if (found == entries_.end()) return nullptr;
-        return found->second;
+        return found == entries_.end() ? nullptr : found->second;
     }
 
     void add(std::size_t keyframe, KeyframePositions positions) {
@@ -80,7 +97,7 @@ public:
         entries_.erase(keyframe - first->first > last->first - keyframe ? first : last);
     }
 
-    /// Whether nothing that is added leaves again.
+    /// Whether nothing that is added is removed again.
     bool keeps_all() const { return keeps_all_; }
 
 private:
@@ -193,7 +210,7 @@ private:
                             ? 0.0f
                             : static_cast<float>((frame - from) / (source_->frame(after) - from));
         if (f == 0.0f || before == after) return {before, before, 0.0f};
-        // Closer to the next keyframe than a float can tell.
+        // Closer to the next keyframe than a float can distinguish.
         if (f >= 1.0f) return {after, after, 0.0f};
         return {before, after, f};
     }
@@ -208,6 +225,15 @@ private:
 };
 
 }  // namespace
+
+bool has_mesh_name(const std::filesystem::path& path) {
+    const std::string extension = extension_of(path);
+    return extension == ".obj" || extension == ".ply";
+}
+
+FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {
+    return extension_of(path) == ".ply" ? read_ply(path, options) : read_obj(path, options);
+}
 
 FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options) {
     FileMesh mesh = read_mesh_file(path, {.lenient = options.lenient, .warn = options.warn});
@@ -239,6 +265,362 @@ std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh f
                                             std::unique_ptr<KeyframeSource> source,
                                             const WarnFunction& warn) {
     return std::make_unique<StreamedAnimation>(name, std::move(first), std::move(source), warn);
+}
+
+namespace {
+
+// With its zero at the end.
+constexpr std::string_view kName("POINTCACHE2\0", 12);
+// Beyond this, neighbouring frames cannot be distinguished.
+constexpr double kMostFrame = 1e9;
+
+/// Then come x, y, z of every point of every sample. All numbers are little-endian.
+struct Head {
+    std::uint32_t version;
+    std::uint32_t points;
+    float first_frame;
+    float frames_per_sample;
+    std::uint32_t samples;
+};
+constexpr std::uint64_t kHeadSize = kName.size() + sizeof(Head);
+
+/// A PC2 file (Autodesk 3ds Max, Blender), each sample of which is a keyframe.
+class CacheSource : public KeyframeSource {
+public:
+    /// Throws Error(kBadInput) for another file, another size than the head says, or no samples.
+    CacheSource(const std::filesystem::path& path, bool lenient) : file_(path), lenient_(lenient) {
+        static_assert(std::endian::native == std::endian::little);
+        std::array<char, kName.size()> name = {};
+        if (file_.size() >= name.size()) file_.read(0, std::as_writable_bytes(std::span(name)));
+        if (std::string_view(name.data(), name.size()) != kName)
+            fail("not a point cache; give a .pc2 file");
+        if (file_.size() < kHeadSize) fail("ends within its head; is it complete?");
+        file_.read(kName.size(), std::as_writable_bytes(std::span(&head_, 1)));
+        if (head_.version != 1) fail(fmt::format("has version {}; only 1 is known", head_.version));
+        require_frames();
+        if (head_.samples == 0) fail("has no samples; write it again");
+        if (head_.points == 0) fail("has no points; write it again");
+        // Both numbers are below 2^32, so only the product with 12 bytes may overflow.
+        if (head_.samples > (std::uint64_t{1} << 62) / sample_bytes() ||
+            file_.size() != kHeadSize + sample_bytes() * head_.samples) {
+            fail(
+                fmt::format("has {} bytes, but its head tells of {} samples of {} points; is it "
+                            "complete?",
+                            file_.size(), head_.samples, head_.points));
+        }
+    }
+
+    std::uint32_t point_count() const { return head_.points; }
+
+    std::size_t count() const override { return head_.samples; }
+    double frame(std::size_t keyframe) const override {
+        return static_cast<double>(head_.first_frame) +
+               static_cast<double>(keyframe) * static_cast<double>(head_.frames_per_sample);
+    }
+
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
+        file_.read(kHeadSize + sample_bytes() * keyframe, std::as_writable_bytes(out));
+        const auto bad =
+            std::ranges::find_if_not(out, [](const vec3& p) { return MeshRules::is_good(p); });
+        if (bad == out.end()) return std::nullopt;
+        const std::string what =
+            fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
+                        frame(keyframe), bad - out.begin());
+        if (!lenient_) fail(what + "; repair it", Hint::kLenient);
+        return Warning{escape(file_.path()), what + "; kept as it is"};
+    }
+
+private:
+    std::uint64_t sample_bytes() const {
+        static_assert(sizeof(vec3) == 3 * sizeof(float));
+        return std::uint64_t{sizeof(vec3)} * head_.points;
+    }
+
+    void require_frames() const {
+        const double first = frame(0);
+        const double step = static_cast<double>(head_.frames_per_sample);
+        if (step >= 1 / kMostFrame && std::abs(first) <= kMostFrame &&
+            frame(head_.samples) <= kMostFrame)
+            return;
+        fail(
+            fmt::format("has {} samples from frame {} in steps of {}; steps must be above 0, and "
+                        "frames within {}",
+                        head_.samples, first, step, kMostFrame));
+    }
+
+    [[noreturn]] void fail(const std::string& what, Hint hint = Hint::kNone) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(file_.path()), what), hint);
+    }
+
+    InputFile file_;
+    Head head_ = {};
+    bool lenient_;
+};
+
+}  // namespace
+
+std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
+                                       const std::filesystem::path& cache, const std::string& name,
+                                       const AnimationOptions& options) {
+    FirstMesh first = read_first_mesh(mesh, options);
+    auto source = std::make_unique<CacheSource>(cache, options.lenient);
+    if (source->point_count() != first.topology.vertex_count) {
+        throw Error(ErrorKind::kBadInput,
+                    "{}: has {} points, but {} has {} vertices; give the mesh that the cache was "
+                    "written for",
+                    escape(cache), source->point_count(), escape(mesh),
+                    first.topology.vertex_count);
+    }
+    first.positions = {};
+    // The cache has floats.
+    first.origin = {};
+    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kDigits = "0123456789";
+
+constexpr std::size_t kMostDigits = 18;
+
+/// The names of a sequence: a number between two texts.
+struct Pattern {
+    std::string prefix;
+    std::string suffix = {};
+};
+
+struct NumberedName {
+    std::string name;
+    std::size_t digits = 0;
+    std::uint64_t number = 0;
+};
+
+[[noreturn]] void fail_at(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), hint);
+}
+
+std::vector<std::string> file_names(const fs::path& folder) {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        std::error_code ignored;
+        if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
+    }
+    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
+    if (error) {
+        fail_at(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
+    }
+    // A folder lists its files in an order of the file system.
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+/// The pattern of a name, by the last number before its ending; a name without one is all prefix.
+Pattern pattern_of(const std::string& name) {
+    const std::size_t last = name.find_last_of(kDigits, name.rfind('.'));
+    if (last == std::string::npos) return {name};
+    const std::size_t before = name.find_last_not_of(kDigits, last);
+    return {name.substr(0, before + 1), name.substr(last + 1)};  // npos + 1 is 0
+}
+
+/// Nothing for a name that does not match.
+std::optional<NumberedName> numbered(const std::string& name, const Pattern& pattern) {
+    const std::size_t around = pattern.prefix.size() + pattern.suffix.size();
+    if (name.size() <= around || name.size() - around > kMostDigits ||
+        !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix))
+        return std::nullopt;
+    const std::string digits = name.substr(pattern.prefix.size(), name.size() - around);
+    const auto number = parse_unsigned(digits);
+    return number ? std::optional(NumberedName{name, digits.size(), *number}) : std::nullopt;
+}
+
+/// Number `first` is frame 0, and the next frame is `step` numbers on. Reports missing ones.
+std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& pattern,
+                                         const std::vector<NumberedName>& names,
+                                         std::uint64_t first, std::uint64_t step,
+                                         const AnimationOptions& options) {
+    std::vector<KeyframeFile> files;
+    std::string first_missing;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        files.push_back(
+            {static_cast<double>((names[i].number - first) / step), folder / names[i].name});
+        if (i == 0) continue;
+        const NumberedName& before = names[i - 1];
+        if (names[i].number == before.number) {
+            fail_at(folder, fmt::format("{} and {} are the same frame; remove one",
+                                        escape(before.name), escape(names[i].name)));
+        }
+        if (first_missing.empty() && names[i].number - before.number > step) {
+            first_missing = fmt::format("{}{:0{}}{}", pattern.prefix, before.number + step,
+                                        before.digits, pattern.suffix);
+        }
+    }
+    if (first_missing.empty()) return files;
+    const double missing =
+        files.back().frame - files.front().frame + 1 - static_cast<double>(files.size());
+    const std::string more = missing > 1 ? fmt::format(" and {} more", missing - 1) : "";
+    if (!options.skip_missing) {
+        fail_at(folder / first_missing, fmt::format("frame is missing{}; add it", more),
+                Hint::kReplaceMissing);
+    }
+    if (options.warn) {
+        options.warn({escape(folder / first_missing),
+                      fmt::format("frame is missing{}; its neighbours are interpolated", more)});
+    }
+    return files;
+}
+
+void sort_by_number(std::vector<NumberedName>& names) {
+    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
+        return a.number < b.number;
+    });
+}
+
+[[noreturn]] void refuse_pattern(const std::string& pattern, const char* what) {
+    throw Error(ErrorKind::kBadArgument,
+                "pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file name",
+                quote(pattern), what);
+}
+
+Pattern split_pattern(const std::string& pattern) {
+    const std::size_t name_at = pattern.rfind('/') + 1;  // npos + 1 is 0
+    const std::size_t mark = pattern.find_first_of("%*", name_at);
+    if (mark == std::string::npos) refuse_pattern(pattern, "no frame number in the file's name");
+    std::size_t end = mark + 1;
+    if (pattern[mark] == '%') {
+        const std::string_view rest = std::string_view(pattern).substr(end);
+        const bool is_padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
+                               rest[1] <= '9' && rest[2] == 'd';
+        if (!is_padded && !rest.starts_with('d')) refuse_pattern(pattern, "unknown use of '%'");
+        end += is_padded ? 3 : 1;
+    }
+    if (pattern.find_first_of("%*", end) != std::string::npos)
+        refuse_pattern(pattern, "two frame numbers");
+    return {pattern.substr(name_at, mark - name_at), pattern.substr(end)};
+}
+
+std::uint64_t hash_of_faces(const Polygons& faces) {
+    return Hasher().add(std::span(faces.corners)).add(std::span(faces.corner_counts)).digest();
+}
+
+class FileSource : public KeyframeSource {
+public:
+    FileSource(std::vector<KeyframeFile> files, const FirstMesh& first,
+               const AnimationOptions& options)
+        : files_(std::move(files)),
+          vertex_count_(first.positions.size()),
+          face_count_(first.faces.corner_counts.size()),
+          faces_hash_(hash_of_faces(first.faces)),
+          origin_(first.origin),
+          is_lenient_(options.lenient) {}
+
+    std::size_t count() const override { return files_.size(); }
+    double frame(std::size_t keyframe) const override { return files_[keyframe].frame; }
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
+        const KeyframeFile& file = files_[keyframe];
+        std::optional<Warning> first_warning;
+        const WarnFunction warn = [&](const Warning& warning) {
+            if (!first_warning) first_warning = warning;
+        };
+        FileMesh mesh;
+        try {
+            mesh = read_mesh_file(
+                file.path,
+                {.lenient = is_lenient_, .positions_only = true, .origin = origin_, .warn = warn});
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            const Warning at = as_warning(error, escape(file.path));
+            throw Error(
+                error.kind(),
+                fmt::format("{}: frame {}: {}", at.place.empty() ? escape(file.path) : at.place,
+                            file.frame, at.text),
+                error.hint());
+        }
+        if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_) {
+            throw Error(ErrorKind::kBadInput,
+                        "{}: frame {} has other faces ({} of {} vertices) than {} ({} of {}); all "
+                        "frames of an animation share one topology, render sequences that change "
+                        "it in separate runs",
+                        escape(file.path), file.frame, mesh.faces.corner_counts.size(),
+                        mesh.positions.size(), escape(files_.front().path), face_count_,
+                        vertex_count_);
+        }
+        std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
+        if (mesh.is_coarse && !first_warning && !was_coarse_.exchange(true)) {
+            first_warning = {escape(file.path),
+                             fmt::format("frame {} lies so far from the first that rounding to "
+                                         "float moves vertices by more than 1e-6 of its size",
+                                         file.frame)};
+        }
+        return first_warning;
+    }
+
+private:
+    std::vector<KeyframeFile> files_;
+    std::size_t vertex_count_;
+    std::size_t face_count_;
+    std::uint64_t faces_hash_;
+    Origin origin_;
+    bool is_lenient_;
+    mutable std::atomic<bool> was_coarse_ = false;
+};
+
+}  // namespace
+
+std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const AnimationOptions& options,
+                                          const std::string& prefix, const std::string& suffix) {
+    std::vector<std::string> all = file_names(folder);
+    std::erase_if(all, [&](const auto& name) {
+        return name[0] == '.' || !has_mesh_name(name) || !name.starts_with(prefix) ||
+               !name.ends_with(suffix);
+    });
+    if (all.empty())
+        fail_at(folder / (prefix + '*' + suffix),
+                "no .obj or .ply file of this name; check the path");
+    const Pattern pattern = pattern_of(all[0]);
+    std::vector<NumberedName> names;
+    for (const std::string& name : all) {
+        const std::optional<NumberedName> file = numbered(name, pattern);
+        if (!file && name != all[0]) {
+            fail_at(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern "
+                                        "such as frame_%04d.obj, or one file",
+                                        escape(all[0]), escape(name)));
+        }
+        names.push_back(file.value_or(NumberedName{name}));
+    }
+    sort_by_number(names);
+    const std::uint64_t first = names[0].number;
+    std::uint64_t step = 0;
+    for (const NumberedName& name : names) step = std::gcd(step, name.number - first);
+    return numbered_files(folder, pattern, names, first, std::max<std::uint64_t>(step, 1), options);
+}
+
+std::vector<KeyframeFile> files_of_pattern(const std::string& text,
+                                           const AnimationOptions& options) {
+    const Pattern pattern = split_pattern(text);
+    const fs::path folder = fs::path(text).parent_path();
+    std::vector<NumberedName> names;
+    for (const std::string& name : file_names(folder.empty() ? "." : folder))
+        if (const auto file = numbered(name, pattern)) names.push_back(*file);
+    // A star also stands for more than a number, as in *.obj.
+    if (names.empty() && text.ends_with('*' + pattern.suffix))
+        return files_of_folder(folder.empty() ? "." : folder, options, pattern.prefix,
+                               pattern.suffix);
+    if (names.empty()) fail_at(text, "no file matches this pattern; check the path");
+    sort_by_number(names);
+    return numbered_files(folder, pattern, names, 0, 1, options);
+}
+
+std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
+                                          const std::string& name,
+                                          const AnimationOptions& options) {
+    assert(!files.empty());
+    FirstMesh first = read_first_mesh(files[0].path, options);
+    auto source = std::make_unique<FileSource>(files, first, options);
+    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
 }
 
 }  // namespace mray

@@ -10,19 +10,24 @@
 #include <vector>
 
 #include "scenes/animation.h"
-#include "scenes/polygons/triangulate.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray {
+
+/// Whether the name ends with .obj or .ply, in letters of either case.
+bool has_mesh_name(const std::filesystem::path& path);
+
+/// By the format of its name, else as OBJ. Throws Error: kBadInput with the place, kLimit.
+FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
 
 struct FirstMesh {
     Topology topology;
     /// As Animation::smooth_corners(), but empty if the file has no normals.
     std::vector<uvec3> smooth;
     SceneTextures textures;
-    /// The faces that the triangles were made of.
     Polygons faces;
     Origin origin;
-    /// Those of keyframe 0, or empty.
+    /// Of keyframe 0, or empty.
     std::vector<vec3> positions;
 };
 
@@ -54,8 +59,8 @@ public:
 /// 4. Hence a + fl(p) <= a + d = b, and rounding is monotone. fl(p) >= 0 gives the other side.
 inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a + (b - a) * f; }
 
-/// Positions between keyframes are those of interpolate(). Opening reads the first one; one of the
-/// others that cannot be used makes positions() throw Error(kBadInput).
+/// interpolate() makes positions between keyframes. Opening reads the first keyframe; a later one
+/// that cannot be used makes positions() throw Error(kBadInput).
 std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
                                             std::unique_ptr<KeyframeSource> source,
                                             const WarnFunction& warn);
@@ -66,18 +71,18 @@ struct KeyframeFile {
     std::filesystem::path path;
 };
 
-/// The mesh files of a folder whose names begin and end so, ordered by the last number in them,
-/// apart from which they are equal. The first is frame 0; the greatest common divisor of the
+/// The mesh files of a folder with names of this prefix and suffix, which differ in their last
+/// number alone and are ordered by it. The first is frame 0; the greatest common divisor of the
 /// differences is one frame. Throws Error(kBadInput), for missing files unless
-/// options.skip_missing, which warns of them.
+/// options.skip_missing, which warns.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
                                           const AnimationOptions& options,
                                           const std::string& prefix = {},
                                           const std::string& suffix = {});
 
-/// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, each of which is the number
-/// of the frame. Where * is a number nowhere, it is any text, and frames are those of a folder.
-/// Throws Error: kBadArgument for a bad pattern, kBadInput.
+/// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, which stands for the frame's
+/// number. If * is a number in no name, it is any text, as in files_of_folder(). Throws Error:
+/// kBadArgument for a bad pattern, kBadInput.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
                                            const AnimationOptions& options);
 

@@ -51,7 +51,7 @@ std::vector<Case> cases() {
         ply(PlyEncoding::kText, {ply_vertices(corners), ply_faces({{3, 0, 1, 2}})});
     const std::string binary =
         ply(PlyEncoding::kBigEndian, {ply_vertices(corners), ply_faces({{3, 0, 1, 2}})});
-    PlyPart coloured = ply_vertices({{0, 0, 0, 300}, {1, 0, 0, 300}, {0, 1, 0, 300}});
+    PlyItems coloured = ply_vertices({{0, 0, 0, 300}, {1, 0, 0, 300}, {0, 1, 0, 300}});
     coloured.properties.insert(coloured.properties.end(), {"int red"});
     for (const char* name : {"int green", "int blue"}) {
         coloured.properties.emplace_back(name);

@@ -45,21 +45,21 @@ const std::vector<std::vector<double>> kPoints = {{0, 0, 0},  {1, 0, 0},  {0, 1,
 
 TEST(FileReports, Assimp6296StripsOfPlyFilesAreTriangles) {
     const TemporaryFolder folder;
-    const PlyPart strips = {
+    const PlyItems strips = {
         "tristrips", {"list int int vertex_indices"}, {{9, 0, 1, 2, 3, -1, 4, 5, 6, 7}}};
     const std::vector<uvec3> second = {{4, 5, 6}, {6, 5, 7}};
     for (const PlyEncoding encoding : kPlyEncodings) {
         SCOPED_TRACE(ply_format(encoding));
-        const PlyPart points = ply_vertices(kPoints);
+        const PlyItems points = ply_vertices(kPoints);
         const Opened both = open(folder, "a.ply", ply(encoding, {points, strips}));
         EXPECT_EQ(both.triangles(),
                   (std::vector<uvec3>{{0, 1, 2}, {2, 1, 3}, second[0], second[1]}));
         EXPECT_TRUE(both.warnings.empty()) << text(both);
         // A strip beside a face, with a triangle without area.
-        const PlyPart strip = {"tristrips",
+        const PlyItems strip = {"tristrips",
                                {"uchar flags", "list uint short vertex_indices"},
                                {{7, 9, -1, -1, 4, 5, 6, 7, 7, -1, -1}}};
-        const PlyPart face = ply_faces({{3, 0, 1, 2}});
+        const PlyItems face = ply_faces({{3, 0, 1, 2}});
         EXPECT_EQ(open(folder, "b.ply", ply(encoding, {points, face, strip})).triangles(),
                   (std::vector<uvec3>{{0, 1, 2}, second[0], second[1], {6, 7, 7}}));
         EXPECT_EQ(open(folder, "c.ply", ply(encoding, {strip, points, face})).triangles().size(),
@@ -70,9 +70,9 @@ TEST(FileReports, Assimp6296StripsOfPlyFilesAreTriangles) {
 /// A square of this colour in linear floats, of vertices or of faces.
 std::string coloured_square(const std::string& type, const std::vector<std::string>& names,
                             const std::vector<double>& colour, bool of_faces = false) {
-    PlyPart vertices = ply_vertices({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
-    PlyPart faces = ply_faces({{3, 0, 1, 2}, {2, 0, 1}, {3, 0, 2, 3}});
-    PlyPart& part = of_faces ? faces : vertices;
+    PlyItems vertices = ply_vertices({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+    PlyItems faces = ply_faces({{3, 0, 1, 2}, {2, 0, 1}, {3, 0, 2, 3}});
+    PlyItems& part = of_faces ? faces : vertices;
     for (const std::string& name : names) part.properties.push_back(type + ' ' + name);
     for (std::vector<double>& item : part.items)
         item.insert(item.end(), colour.begin(), colour.end());

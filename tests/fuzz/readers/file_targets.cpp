@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "app/files/image_files.h"
-#include "scenes/obj/obj_materials.h"
+#include "scenes/obj/obj_reader.h"
 #include "tests/fuzz/readers/targets.h"
 
 namespace mray::fuzz {

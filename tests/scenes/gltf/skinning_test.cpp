@@ -38,7 +38,7 @@ GltfScene skinned_scene(std::size_t vertex_count) {
         if (joint < kJoints) skin.joints.push_back(joint);
     }
     scene.tree.nodes.back().mesh = 0;
-    scene.parts.push_back({kJoints, &set, 0u, 0});
+    scene.placed_sets.push_back({kJoints, &set, 0u, 0});
     scene.topology.vertex_count = static_cast<std::uint32_t>(vertex_count);
     return scene;
 }

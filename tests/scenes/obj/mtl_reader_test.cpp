@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "scenes/obj/obj_materials.h"
+#include "scenes/obj/obj_reader.h"
 
 namespace mray {
 namespace {

@@ -1,5 +1,4 @@
-#include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/obj/obj_reader.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

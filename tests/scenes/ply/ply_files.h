@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "scenes/ply/ply_header.h"
-
 namespace mray::test {
 
-struct PlyPart {
+enum class PlyEncoding { kText, kLittleEndian, kBigEndian };
+
+struct PlyItems {
     std::string name;
     /// As in the header: "float x", "list uchar int vertex_indices".
     std::vector<std::string> properties;
@@ -60,10 +60,10 @@ inline std::string ply_format(PlyEncoding encoding) {
     return encoding == PlyEncoding::kBigEndian ? "binary_big_endian" : "binary_little_endian";
 }
 
-inline std::string ply_header(PlyEncoding encoding, const std::vector<PlyPart>& parts,
+inline std::string ply_header(PlyEncoding encoding, const std::vector<PlyItems>& parts,
                               const std::string& line_end = "\n") {
     std::string text = "ply" + line_end + "format " + ply_format(encoding) + " 1.0" + line_end;
-    for (const PlyPart& part : parts) {
+    for (const PlyItems& part : parts) {
         text += fmt::format("element {} {}{}", part.name, part.items.size(), line_end);
         for (const std::string& property : part.properties)
             text += "property " + property + line_end;
@@ -71,9 +71,9 @@ inline std::string ply_header(PlyEncoding encoding, const std::vector<PlyPart>& 
     return text + "end_header" + line_end;
 }
 
-inline std::string ply_body(PlyEncoding encoding, const std::vector<PlyPart>& parts) {
+inline std::string ply_body(PlyEncoding encoding, const std::vector<PlyItems>& parts) {
     std::string bytes;
-    for (const PlyPart& part : parts) {
+    for (const PlyItems& part : parts) {
         for (const std::vector<double>& item : part.items) {
             std::size_t next = 0;
             for (const std::string& property : part.properties) {
@@ -97,17 +97,17 @@ inline std::string ply_body(PlyEncoding encoding, const std::vector<PlyPart>& pa
     return bytes;
 }
 
-inline std::string ply(PlyEncoding encoding, const std::vector<PlyPart>& parts,
+inline std::string ply(PlyEncoding encoding, const std::vector<PlyItems>& parts,
                        const std::string& line_end = "\n") {
     return ply_header(encoding, parts, line_end) + ply_body(encoding, parts);
 }
 
-inline PlyPart ply_vertices(std::vector<std::vector<double>> items,
-                            const std::string& type = "float") {
+inline PlyItems ply_vertices(std::vector<std::vector<double>> items,
+                             const std::string& type = "float") {
     return {"vertex", {type + " x", type + " y", type + " z"}, std::move(items)};
 }
-inline PlyPart ply_faces(std::vector<std::vector<double>> items,
-                         const std::string& types = "uchar int") {
+inline PlyItems ply_faces(std::vector<std::vector<double>> items,
+                          const std::string& types = "uchar int") {
     return {"face", {"list " + types + " vertex_indices"}, std::move(items)};
 }
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/ply/ply_reader.h"
 #include "tests/scenes/ply/ply_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -15,8 +15,8 @@ namespace {
 
 using namespace test;
 
-const PlyPart kVertices = ply_vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
-const PlyPart kFace = ply_faces({{3, 0, 1, 2}});
+const PlyItems kVertices = ply_vertices({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+const PlyItems kFace = ply_faces({{3, 0, 1, 2}});
 const std::string kLists = "property list uchar int vertex_indices\n";
 const std::string kCoordinates = "property float x\nproperty float y\nproperty float z\n";
 const std::string kRows = "0 0 0\n1 0 0\n0 1 0\n";
@@ -29,7 +29,7 @@ std::string text_header(const std::string& statements) {
 }
 /// A binary file of three vertices and one face with these bytes.
 std::string binary_face(const std::string& types, const std::string& bytes) {
-    const PlyPart face = {"face", {"list " + types + " vertex_indices"}, {{}}};
+    const PlyItems face = {"face", {"list " + types + " vertex_indices"}, {{}}};
     return ply_header(PlyEncoding::kLittleEndian, {kVertices, face}) +
            ply_body(PlyEncoding::kLittleEndian, {kVertices}) + bytes;
 }
@@ -205,17 +205,17 @@ TEST(PlyHostile, BadFilesAreRefusedWithPlaceAndReason) {
 
 /// A file with everything that is read and some that is not.
 std::string small_file(PlyEncoding encoding) {
-    const PlyPart vertices = {"vertex",
-                              {"float x", "double y", "short z", "uchar red", "float green",
-                               "uchar blue", "float nx", "float ny", "float nz"},
-                              {{0, 0, 0, 1, 1, 1, 0, 0, 1},
-                               {1, 0, 0, 1, 1, 1, 0, 0, 1},
-                               {0, 1, 0, 1, 1, 1, 0, 0, 1},
-                               {1, 1, 0, 1, 1, 1, 0, 0, 1}}};
-    const PlyPart other = {"other", {"list ushort char a", "int b"}, {{2, 1, 1, 1}, {0, 2}}};
-    const PlyPart faces = {"face",
-                           {"list uchar int vertex_indices", "uchar c"},
-                           {{3, 0, 1, 2, 1}, {4, 0, 1, 3, 2, 1}}};
+    const PlyItems vertices = {"vertex",
+                               {"float x", "double y", "short z", "uchar red", "float green",
+                                "uchar blue", "float nx", "float ny", "float nz"},
+                               {{0, 0, 0, 1, 1, 1, 0, 0, 1},
+                                {1, 0, 0, 1, 1, 1, 0, 0, 1},
+                                {0, 1, 0, 1, 1, 1, 0, 0, 1},
+                                {1, 1, 0, 1, 1, 1, 0, 0, 1}}};
+    const PlyItems other = {"other", {"list ushort char a", "int b"}, {{2, 1, 1, 1}, {0, 2}}};
+    const PlyItems faces = {"face",
+                            {"list uchar int vertex_indices", "uchar c"},
+                            {{3, 0, 1, 2, 1}, {4, 0, 1, 3, 2, 1}}};
     return ply(encoding, {vertices, other, faces});
 }
 

@@ -1,4 +1,4 @@
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/ply/ply_reader.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ namespace {
 using namespace test;
 
 const std::vector<std::vector<double>> kCorners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-const PlyPart kSquare = ply_vertices(kCorners);
-const PlyPart kTwoFaces = ply_faces({{3, 0, 1, 2}, {4, 0, 1, 2, 3}});
+const PlyItems kSquare = ply_vertices(kCorners);
+const PlyItems kTwoFaces = ply_faces({{3, 0, 1, 2}, {4, 0, 1, 2, 3}});
 const std::vector<std::uint32_t> kTwoFacesCorners = {0, 1, 2, 0, 1, 2, 3};
 
 struct Reading {
@@ -73,19 +73,19 @@ TEST(PlyReader, ReadsEveryTypeOfListsInEveryEncoding) {
 }
 
 TEST(PlyReader, SkipsElementsAndPropertiesThatItDoesNotKnow) {
-    const PlyPart camera = {
+    const PlyItems camera = {
         "camera", {"float view_px", "uchar a", "double b"}, {{1, 2, 3}, {4, 5, 6}}};
-    const PlyPart edges = {"edge",
-                           {"int v1", "list uchar float f", "short v2"},
-                           {{1, 3, 0.5, 1.5, 2.5, 7}, {1, 0, 9}}};
-    const PlyPart nothing = {"nothing", {}, {}};
-    PlyPart vertices = {"vertex", {"uchar flag", "float x", "double q", "float z", "float y"}, {}};
+    const PlyItems edges = {"edge",
+                            {"int v1", "list uchar float f", "short v2"},
+                            {{1, 3, 0.5, 1.5, 2.5, 7}, {1, 0, 9}}};
+    const PlyItems nothing = {"nothing", {}, {}};
+    PlyItems vertices = {"vertex", {"uchar flag", "float x", "double q", "float z", "float y"}, {}};
     for (const auto& p : kCorners) vertices.items.push_back({7, p[0], 0.25, p[2], p[1]});
-    PlyPart listed = {"vertex", {"float x", "list uchar short l", "float y", "float z"}, {}};
+    PlyItems listed = {"vertex", {"float x", "list uchar short l", "float y", "float z"}, {}};
     for (const auto& p : kCorners) listed.items.push_back({p[0], 2, 1, 1, p[1], p[2]});
-    const PlyPart faces = {"face",
-                           {"uchar flags", "list uchar uint vertex_index", "list int double uv"},
-                           {{1, 3, 0, 1, 2, 1, 0.5}, {2, 4, 0, 1, 2, 3, 0}}};
+    const PlyItems faces = {"face",
+                            {"uchar flags", "list uchar uint vertex_index", "list int double uv"},
+                            {{1, 3, 0, 1, 2, 1, 0.5}, {2, 4, 0, 1, 2, 3, 0}}};
     for (const PlyEncoding encoding : kPlyEncodings) {
         SCOPED_TRACE(ply_format(encoding));
         expect_the_square(ply(encoding, {camera, vertices, edges, kTwoFaces, nothing}));
@@ -137,12 +137,12 @@ TEST(PlyReader, PolygonsBecomeTheTrianglesOfTheirObjFile) {
 
 TEST(PlyReader, TrianglesHaveTheMeanOfTheColoursOfTheirVertices) {
     for (const PlyEncoding encoding : kPlyEncodings) {
-        PlyPart vertices = {
+        PlyItems vertices = {
             "vertex",
             {"float x", "float y", "float z", "uchar red", "uchar green", "uchar blue",
              "uchar alpha"},
             {{0, 0, 0, 255, 0, 128, 9}, {1, 0, 0, 255, 0, 128, 9}, {0, 1, 0, 0, 255, 128, 9}}};
-        const PlyPart faces = ply_faces({{3, 0, 1, 2}});
+        const PlyItems faces = ply_faces({{3, 0, 1, 2}});
         // Squares are linear: (128 / 255)^2 * 255 is 64.25.
         EXPECT_EQ(open(ply(encoding, {vertices, faces}))->topology().albedo,
                   std::vector<Albedo>{170u | 85u << 8 | 64u << 16});
@@ -162,15 +162,16 @@ TEST(PlyReader, TrianglesHaveTheMeanOfTheColoursOfTheirVertices) {
 
 TEST(PlyReader, VerticesOfEqualPositionAndNormalAreSmoothTogether) {
     // Vertices 1 2 stand twice: 4 has the normal of 1 and 5 has another one than 2.
-    const PlyPart vertices = {"vertex",
-                              {"float x", "float y", "float z", "float nx", "float ny", "float nz"},
-                              {{0, 0, 0, 0, 0, 1},
-                               {1, 0, 0, 0, 0, 1},
-                               {0, 1, 0, 0, 0, 1},
-                               {1, 1, 0, 0, 0, 1},
-                               {1, 0, 0, 0, -0.0, 1},
-                               {0, 1, 0, 1, 0, 0},
-                               {9, 9, 9, 1, 0, 0}}};
+    const PlyItems vertices = {
+        "vertex",
+        {"float x", "float y", "float z", "float nx", "float ny", "float nz"},
+        {{0, 0, 0, 0, 0, 1},
+         {1, 0, 0, 0, 0, 1},
+         {0, 1, 0, 0, 0, 1},
+         {1, 1, 0, 0, 0, 1},
+         {1, 0, 0, 0, -0.0, 1},
+         {0, 1, 0, 1, 0, 0},
+         {9, 9, 9, 1, 0, 0}}};
     for (const PlyEncoding encoding : kPlyEncodings) {
         const auto animation =
             open(ply(encoding, {vertices, ply_faces({{3, 0, 1, 2}, {3, 4, 3, 5}})}));
@@ -189,7 +190,7 @@ TEST(PlyReader, LenientReadingAcceptsWhatItAcceptsInObjFiles) {
         auto corners = kCorners;
         corners[1][1] = nan;
         corners[2][2] = 1e31;
-        const PlyPart faces = ply_faces(
+        const PlyItems faces = ply_faces(
             {{3, 0, 1, 2}, {1, 0}, {3, 0, 1, 7}, {3, 0, -1, 2}, {0}, {2, 0, 1}, {3, 1, 2, 3}});
         const Reading reading =
             read(ply(encoding, {ply_vertices(corners), faces}), {.lenient = true});
@@ -219,23 +220,12 @@ TEST(PlySequence, AnimationsAndCachesAreThoseOfObjFiles) {
         animation->positions(animation->first_frame() + 1.5, positions);
         EXPECT_EQ(positions[0], vec3(0, 0, 1.5f));
     }
-    folder.write("c/f_0008.obj", "v 0 0 0\n");
-    EXPECT_NE(message_of([&] {
-                  open_scene(folder.file("c"));
-              }).find("f_0005.ply and f_0008.obj are not frames of one sequence"),
-              std::string::npos);
-    folder.write("c/f_0006.ply", ply(PlyEncoding::kText, {kSquare, ply_faces({{3, 0, 1, 2}})}));
-    std::vector<vec3> positions(4);
-    EXPECT_NE(message_of([&] {
-                  open_scene(folder.file("c/f_%04d.ply"))->positions(6, positions);
-              }).find("f_0006.ply: frame 6 has other faces (1 of 4 vertices) than"),
-              std::string::npos);
-
     std::string cache("POINTCACHE2\0\1\0\0\0\4\0\0\0\0\0\0\0\0\0\x80\x3f\1\0\0\0", 32);
     cache += ply_body(PlyEncoding::kLittleEndian,
                       {ply_vertices({{5, 6, 7}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})});
     const auto animation =
         open_scene(folder.file("c/f_0005.ply"), {.cache = folder.write("a.pc2", cache).native()});
+    std::vector<vec3> positions(4);
     animation->positions(0, positions);
     EXPECT_EQ(positions[0], vec3(5, 6, 7));
 }

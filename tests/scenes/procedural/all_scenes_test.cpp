@@ -30,7 +30,7 @@ std::vector<std::string> names() {
 }
 
 std::uint64_t hash_at(const Animation& animation, double frame) {
-    const std::vector<vec3> positions = positions_of(animation, frame);
+    const std::vector<vec3> positions = test::positions_at(animation, frame);
     return Hasher().add(std::span(positions)).digest();
 }
 
@@ -84,7 +84,7 @@ TEST_P(EveryScene, HasTheBoundsOfItsFirstFrame) {
     const auto animation = make_procedural(GetParam(), 3000);
     ASSERT_EQ(animation->first_frame(), 0);
     ASSERT_EQ(animation->last_frame(), 24);
-    const WorldBounds bounds = bounds_of(positions_of(*animation, 0));
+    const WorldBounds bounds = bounds_of(test::positions_at(*animation, 0));
     for (int axis = 0; axis < 3; ++axis) {
         EXPECT_EQ(animation->bounds().lower[axis], bounds.lower[axis]);
         EXPECT_EQ(animation->bounds().upper[axis], bounds.upper[axis]);

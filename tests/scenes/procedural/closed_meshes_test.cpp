@@ -23,15 +23,16 @@ TEST(ClosedMeshes, ShareEachEdgeBetweenTwoOppositeTriangles) {
     const auto hall = make_procedural("hall", 5000);
     const auto walls = std::span(hall->topology().triangles).first(12);
     EXPECT_EQ(open_edges(walls), 0u);
-    EXPECT_LT(mesh_volume6(walls, positions_of(*hall, 4)), 0);
+    EXPECT_LT(mesh_volume6(walls, test::positions_at(*hall, 4)), 0);
 }
 
 TEST(ClosedMeshes, FaceOutwards) {
     for (const char* name : {"spikes", "twist", "shuffle"}) {
         const auto animation = make_procedural(name, 3000);
         for (const double frame : {0.0, 4.0, 12.0, 20.3}) {
-            EXPECT_GT(
-                mesh_volume6(animation->topology().triangles, positions_of(*animation, frame)), 0)
+            EXPECT_GT(mesh_volume6(animation->topology().triangles,
+                                   test::positions_at(*animation, frame)),
+                      0)
                 << name << ' ' << frame;
         }
     }
@@ -41,7 +42,7 @@ TEST(Spikes, IsStarShapedAroundTheOrigin) {
     for (const std::uint64_t request : {1, 200, 20000, 200000}) {
         const auto animation = make_procedural("spikes", request);
         for (const double frame : {0.0, 1.0, 3.7, 11.0, 24.0}) {
-            const std::vector<vec3> positions = positions_of(*animation, frame);
+            const std::vector<vec3> positions = test::positions_at(*animation, frame);
             for (const uvec3& t : animation->topology().triangles) {
                 ASSERT_GT(volume6(positions[t.x], positions[t.y], positions[t.z]), 0)
                     << request << ' ' << frame;
@@ -53,7 +54,7 @@ TEST(Spikes, IsStarShapedAroundTheOrigin) {
 using TriangleBits = std::array<std::uint32_t, 9>;
 
 std::vector<TriangleBits> triangle_bits(const Animation& animation, double frame) {
-    const std::vector<vec3> positions = positions_of(animation, frame);
+    const std::vector<vec3> positions = test::positions_at(animation, frame);
     std::vector<TriangleBits> triangles;
     for (const uvec3& t : animation.topology().triangles) {
         TriangleBits& bits = triangles.emplace_back();

@@ -8,15 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "scenes/animation.h"
+#include "tests/support/animation_positions.h"
 
 namespace mray {
-
-inline std::vector<vec3> positions_of(const Animation& animation, double frame) {
-    std::vector<vec3> positions(animation.topology().vertex_count);
-    animation.positions(frame, positions);
-    return positions;
-}
 
 /// Directed edges that do not have exactly one opposite, or occur more than once.
 inline std::size_t open_edges(std::span<const uvec3> triangles) {

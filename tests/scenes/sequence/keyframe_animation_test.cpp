@@ -90,26 +90,6 @@ TEST(KeyframeAnimation, IsSmoothOverVerticesOrAsTheFirstFileSays) {
     EXPECT_NE(number(2, 2), in_square(2));
 }
 
-TEST(KeyframeAnimation, TakesAFrameFromTheKeyframesAroundIt) {
-    const Opened opened = open_frames({triangle_at("1"), triangle_at("3"), triangle_at("nan")});
-    EXPECT_EQ(x_at(opened, 0), 1.0f);
-    EXPECT_EQ(x_at(opened, 0.25), 1.5f);
-    // Frame 1 does not need the damaged keyframe after it.
-    EXPECT_EQ(x_at(opened, 1), 3.0f);
-    EXPECT_EQ(x_at(opened, -7), 1.0f);
-    EXPECT_EQ(kind_of([&] { x_at(opened, 1.25); }), ErrorKind::kBadInput);
-}
-
-TEST(KeyframeAnimation, BoundsAreThoseOfTheFirstFrame) {
-    const WorldBounds bounds =
-        open_frames({triangle_at("-7"), triangle_at("9")}).animation->bounds();
-    EXPECT_EQ(bounds.lower[0], -7);
-    EXPECT_EQ(bounds.upper[0], 1);
-    EXPECT_EQ(bounds.lower[1], 0);
-    EXPECT_EQ(bounds.upper[1], 1);
-    EXPECT_EQ(bounds.upper[2], 0);
-}
-
 TEST(Interpolate, NeverLeavesTheInterval) {
     std::mt19937 random(5);
     std::uniform_real_distribution<float> mantissa(-2, 2);

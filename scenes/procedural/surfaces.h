@@ -1,18 +1,41 @@
-// Counts, colours, turns, pseudorandom numbers, and surfaces over regular grids.
+// What built-in scenes are made of: counts, colours, turns, pseudorandom numbers, and surfaces over
+// regular grids.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "common/scene/mesh.h"
+#include "scenes/animation.h"
 #include "scenes/trig.h"
 
 namespace mray {
+
+/// Vertices [begin, end).
+struct VertexRange {
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+};
+
+struct DeformingMesh {
+    Topology topology;
+    /// Frames are 0 to this whole number.
+    double last_frame = 24;
+    /// Writes out[begin..end), a pure function of frame and vertex. Many threads call it at once.
+    std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
+    /// The result of Animation::inside_view().
+    std::optional<InsideView> inside_view;
+};
+
+inline vec3 round_to_float(const glm::dvec3& p) {
+    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
 
 /// The largest n with n^3 <= x, for x up to 2^60. std::cbrt rounds differently in different libms.
 constexpr std::uint32_t cube_root(std::uint64_t x) {

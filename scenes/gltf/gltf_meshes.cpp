@@ -1,0 +1,563 @@
+#include "scenes/gltf/gltf_meshes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "scenes/trig.h"
+
+namespace mray::gltf {
+namespace {
+
+constexpr std::uint64_t kClampToEdge = 33071;
+constexpr std::uint64_t kMirroredRepeat = 33648;
+constexpr std::uint64_t kRepeat = 10497;
+
+TexcoordUse texcoords_of(const JsonAt& info) {
+    const auto set_of = [](const JsonAt& at, std::uint64_t otherwise) {
+        constexpr std::uint64_t kMostSets = 1000;
+        return static_cast<std::uint32_t>(std::min(at.count_or("texCoord", otherwise), kMostSets));
+    };
+    TexcoordUse use = {.set = set_of(info, 0)};
+    const auto transform = extension_of(info, kTextureTransform);
+    if (!transform) return use;
+    use.set = set_of(*transform, use.set);
+    std::array<double, 2> offset = {0, 0};
+    std::array<double, 2> scale = {1, 1};
+    transform->numbers_of("offset", offset);
+    transform->numbers_of("scale", scale);
+    const auto rotation = transform->find("rotation");
+    constexpr double kTurn = 6.283185307179586476925;
+    const CosSin turned = circle_point(rotation ? rotation->number() / kTurn : 0);
+    // Counterclockwise as the image is seen: v goes downwards.
+    use.map = {.u = {turned.cos * scale[0], turned.sin * scale[1], offset[0]},
+               .v = {-turned.sin * scale[0], turned.cos * scale[1], offset[1]}};
+    return use;
+}
+
+class MaterialReader {
+public:
+    MaterialReader(const GltfFile& file, Materials& result) : file_(file), result_(result) {}
+
+    void read(const JsonAt& at) {
+        Material& material = result_.materials.emplace_back();
+        odd_.catch_fault(file_.name(), "; its triangles have their colour alone",
+                         [&] { read(at, material); });
+    }
+
+    void tell(const WarnFunction& warn) const {
+        odd_.tell(warn);
+        blends_.tell(warn);
+    }
+
+private:
+    void read(const JsonAt& at, Material& material) {
+        const auto base = at.find("pbrMetallicRoughness");
+        const auto texture = base ? base->find("baseColorTexture") : std::nullopt;
+        std::array<double, 4> factor = {1, 1, 1, 1};
+        if (base) base->numbers_of("baseColorFactor", factor);
+        material.albedo = albedo_of(static_cast<float>(factor[0]), static_cast<float>(factor[1]),
+                                    static_cast<float>(factor[2]));
+        const double cutoff = alpha_cutoff_of(at);
+        material.is_cut_away = factor[3] < cutoff;
+        if (!texture || material.is_cut_away) return;
+        material.texcoords = texcoords_of(*texture);
+        // The factor is above 0 where the cutoff is.
+        material.texture = texture_of(texture->at("index"),
+                                      cutoff == 0 ? 0 : static_cast<float>(cutoff / factor[3]));
+    }
+
+    void warn(const JsonAt& at, const std::string& what) {
+        odd_.add([&] { return Warning{file_.name(), fmt::format("{}: {}", at.path(), what)}; });
+    }
+
+    /// From where on a material is opaque; 0: everywhere.
+    double alpha_cutoff_of(const JsonAt& material) {
+        const auto mode = material.find("alphaMode");
+        if (mode && mode->text() == "BLEND") {
+            blends_.add([&] {
+                return Warning{file_.name(), mode->path() + ": is BLEND; shown opaque"};
+            });
+        }
+        if (!mode || mode->text() != "MASK") return 0;
+        const auto cutoff = material.find("alphaCutoff");
+        return cutoff ? std::max(cutoff->number(), 0.0) : 0.5;
+    }
+
+    std::uint32_t texture_of(const JsonAt& reference, float alpha_cutoff) {
+        const JsonAt texture =
+            file_.element("textures", reference.index_below(file_.count("textures"), "textures"));
+        const auto source = texture.index_or_none("source", file_.count("images"), "images");
+        if (!source) texture.fail("has no image that is read");
+        const bool clamp = is_clamped(texture);
+        const auto [known, is_new] = known_.try_emplace({*source, clamp, alpha_cutoff}, kNoTexture);
+        if (!is_new) return known->second;
+        const std::optional<TextureFile>& image = image_of(*source);
+        if (!image) return kNoTexture;
+        known->second = static_cast<std::uint32_t>(result_.textures.size());
+        result_.textures.push_back(*image);
+        result_.textures.back().clamp = clamp;
+        result_.textures.back().alpha_cutoff = alpha_cutoff;
+        return known->second;
+    }
+
+    const std::optional<TextureFile>& image_of(std::uint32_t source) {
+        const auto [known, is_new] = images_.try_emplace(source);
+        if (is_new) known->second = find_image(file_.element("images", source));
+        return known->second;
+    }
+
+    bool is_clamped(const JsonAt& texture) {
+        const auto index = texture.index_or_none("sampler", file_.count("samplers"), "samplers");
+        if (!index) return false;
+        const JsonAt sampler = file_.element("samplers", *index);
+        const std::uint64_t s = sampler.count_or("wrapS", kRepeat);
+        const std::uint64_t t = sampler.count_or("wrapT", kRepeat);
+        if (s != t) warn(sampler, "wraps differently along s and t; t is taken as s");
+        if (s == kMirroredRepeat) warn(sampler, "repeats mirrored; taken as repeated");
+        return s == kClampToEdge;
+    }
+
+    TextureFile find_image(const JsonAt& image) {
+        const auto uri = image.find("uri");
+        if (!uri) return find_in_buffer(image);
+        std::optional<std::string> data = data_of_uri(*uri);
+        if (!data) return {.path = file_of_uri(*uri, file_.path()).native()};
+        if (data->empty()) uri->fail("has no bytes");
+        return {.path = file_.path().native(),
+                .size = data->size(),
+                .place = uri->path(),
+                .content = std::make_shared<const std::string>(std::move(*data))};
+    }
+
+    TextureFile find_in_buffer(const JsonAt& image) {
+        const View view = file_.view(image.at("bufferView"));
+        if (view.bytes.empty()) image.fail("has no bytes");
+        const Buffer& buffer = view.buffer;
+        return TextureFile{.path = (buffer.data ? file_.path() : buffer.file).native(),
+                           .offset = buffer.offset_in_file + view.offset,
+                           .size = view.bytes.size(),
+                           .place = image.path(),
+                           .content = buffer.data};
+    }
+
+    const GltfFile& file_;
+    Materials& result_;
+    /// Textures by image, whether they are clamped, and where alpha makes holes.
+    std::map<std::tuple<std::uint32_t, bool, float>, std::uint32_t> known_;
+    /// Those that are used, by their indices; nothing for those that are left out.
+    std::map<std::uint32_t, std::optional<TextureFile>> images_;
+    WarningCount odd_;
+    WarningCount blends_;
+};
+
+}  // namespace
+
+Materials read_materials(const GltfFile& file, const AnimationOptions& options) {
+    Materials result;
+    MaterialReader reader(file, result);
+    const std::size_t count = file.count("materials");
+    for (std::size_t i = 0; i < count; ++i) reader.read(file.element("materials", i));
+    reader.tell(options.warn);
+    return result;
+}
+
+namespace {
+
+// Joints are numbers of 16 bits.
+constexpr std::size_t kMaxJoints = 65536;
+
+Affine matrix_of(const float* m) {
+    Affine matrix;
+    for (std::size_t k = 0; k < 4; ++k) {
+        matrix.column[k] = {static_cast<double>(m[4 * k]), static_cast<double>(m[4 * k + 1]),
+                            static_cast<double>(m[4 * k + 2])};
+    }
+    return matrix;
+}
+
+/// JOINTS_n and WEIGHTS_n for n = 0, 1, ...: four numbers a vertex each.
+struct InfluenceSets {
+    std::vector<std::vector<std::uint32_t>> joints;
+    std::vector<std::vector<float>> weights;
+};
+
+constexpr std::size_t kPerSet = 4;
+
+/// The largest number of weights above 0 that a vertex has, at least 1.
+std::size_t most_used(const InfluenceSets& sets, std::size_t vertex_count) {
+    std::size_t most = 1;
+    for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
+        std::size_t used = 0;
+        for (const std::vector<float>& weights : sets.weights)
+            for (std::size_t k = 0; k < kPerSet; ++k) used += weights[kPerSet * vertex + k] > 0;
+        most = std::max(most, used);
+    }
+    return most;
+}
+
+void require_weights(const JsonAt& at, std::span<const float> weights) {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        // False for NaN, too; weights are far below this.
+        constexpr float kMost = 1e30f;
+        if (weights[i] >= 0 && weights[i] <= kMost) continue;
+        at.fail("vertex {} has the weight {}; must be finite and at least 0", i / kPerSet,
+                weights[i]);
+    }
+}
+
+Influences joined_influences(const InfluenceSets& sets,
+                             const std::function<void(std::size_t vertex)>& unweighted) {
+    const std::size_t vertex_count = sets.joints.front().size() / kPerSet;
+    Influences result;
+    result.per_vertex = most_used(sets, vertex_count);
+    result.joints.reserve(vertex_count * result.per_vertex);
+    result.weights.reserve(vertex_count * result.per_vertex);
+    for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
+        const std::size_t begin = result.joints.size();
+        const auto add = [&](std::uint32_t joint, float weight) {
+            result.joints.push_back(static_cast<std::uint16_t>(joint));
+            result.weights.push_back(weight);
+            result.joint_limit = std::max(result.joint_limit, joint + 1);
+        };
+        for (std::size_t set = 0; set < sets.joints.size(); ++set) {
+            for (std::size_t k = 0; k < kPerSet; ++k) {
+                const float weight = sets.weights[set][kPerSet * vertex + k];
+                if (weight > 0) add(sets.joints[set][kPerSet * vertex + k], weight);
+            }
+        }
+        if (result.joints.size() == begin) {
+            unweighted(vertex);
+            add(sets.joints[0][kPerSet * vertex], 1);
+        }
+        // The joint of a weight that is not needed is one that moves the vertex.
+        while (result.joints.size() < begin + result.per_vertex) add(result.joints[begin], 0);
+    }
+    return result;
+}
+
+}  // namespace
+
+Skin read_skin(const GltfFile& file, std::size_t index) {
+    const JsonAt at = file.element("skins", index);
+    const JsonAt joints = at.at("joints");
+    const std::size_t joint_count = joints.size();
+    if (joint_count == 0 || joint_count > kMaxJoints)
+        joints.fail("has {} joints; must be from 1 to {}", joint_count, kMaxJoints);
+    Skin skin;
+    for (std::size_t i = 0; i < joint_count; ++i)
+        skin.joints.push_back(joints[i].index_below(file.count("nodes"), "nodes"));
+    skin.inverse_binds.resize(joint_count);
+    const auto reference = at.find("inverseBindMatrices");
+    if (!reference) return skin;
+    const std::vector<float> values = floats(file, *reference, {.width = 16});
+    if (values.size() / 16 < joint_count)
+        reference->fail("has {} matrices for {} joints", values.size() / 16, joint_count);
+    for (std::size_t i = 0; i < joint_count; ++i) {
+        for (std::size_t k = 0; k < 16; ++k) {
+            if (!std::isfinite(values[16 * i + k])) reference->fail("matrix {} is not finite", i);
+        }
+        skin.inverse_binds[i] = matrix_of(&values[16 * i]);
+    }
+    return skin;
+}
+
+Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
+                           bool lenient, WarningCount& unweighted) {
+    InfluenceSets sets;
+    for (int set = 0;; ++set) {
+        const std::string joints_name = fmt::format("JOINTS_{}", set);
+        const std::string weights_name = fmt::format("WEIGHTS_{}", set);
+        const auto joints = attributes.find(joints_name);
+        const auto weights = attributes.find(weights_name);
+        if (!joints && !weights) break;
+        if (!joints || !weights) attributes.fail("has no {}", joints ? weights_name : joints_name);
+        sets.joints.push_back(integers(file, *joints, kPerSet, vertex_count));
+        sets.weights.push_back(
+            floats(file, *weights, {kPerSet, Wanted::Integers::kNormalized, vertex_count}));
+        require_weights(*weights, sets.weights.back());
+    }
+    if (sets.joints.empty()) return {};
+    return joined_influences(sets, [&](std::size_t vertex) {
+        const std::string what = fmt::format("vertex {} has no weight above 0", vertex);
+        if (!lenient) attributes.fail(what + "; repair it", Hint::kLenient);
+        unweighted.add([&] {
+            return Warning{file.name(), fmt::format("{}: {}; moves with its first joint",
+                                                    attributes.path(), what)};
+        });
+    });
+}
+
+namespace {
+
+constexpr std::uint64_t kFirstTriangleMode = 4;
+
+using Integers = Wanted::Integers;
+
+std::vector<vec3> as_vectors(const std::vector<float>& values) {
+    std::vector<vec3> vectors(values.size() / 3);
+    for (std::size_t i = 0; i < vectors.size(); ++i)
+        vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+    return vectors;
+}
+
+enum class TriangleMode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
+
+std::size_t count_triangles(TriangleMode mode, std::size_t corner_count) {
+    return mode == TriangleMode::kTriangles ? corner_count / 3 : corner_count - 2;
+}
+
+/// As the specification orders them (glTF 2.0, 3.7.2.1). Without indices: vertices 0, 1, 2, ...
+std::vector<uvec3> triangles_of(TriangleMode mode, std::span<const std::uint32_t> indices,
+                                std::size_t corner_count) {
+    const auto vertex = [&](std::size_t corner) {
+        return indices.empty() ? static_cast<std::uint32_t>(corner) : indices[corner];
+    };
+    std::vector<uvec3> triangles(count_triangles(mode, corner_count));
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (mode == TriangleMode::kTriangles) {
+            triangles[i] = {vertex(3 * i), vertex(3 * i + 1), vertex(3 * i + 2)};
+        } else if (mode == TriangleMode::kStrip) {
+            triangles[i] = {vertex(i), vertex(i + 1 + i % 2), vertex(i + 2 - i % 2)};
+        } else {
+            triangles[i] = {vertex(i + 1), vertex(i + 2), vertex(0)};
+        }
+    }
+    return triangles;
+}
+
+/// The accessors that make a vertex set: primitives with the same ones share it.
+struct SetKey {
+    std::vector<std::pair<std::string, std::uint64_t>> accessors;
+    auto operator<=>(const SetKey&) const = default;
+
+    explicit SetKey(const JsonAt& primitive) {
+        const JsonAt attributes = primitive.at("attributes");
+        const auto add = [&](const std::string& name) {
+            const auto reference = attributes.find(name);
+            if (reference) accessors.emplace_back(name, reference->count());
+            return reference.has_value();
+        };
+        add("POSITION");
+        for (int set = 0; add(fmt::format("JOINTS_{}", set)); ++set)
+            add(fmt::format("WEIGHTS_{}", set));
+        const auto targets = primitive.find("targets");
+        for (std::size_t i = 0; targets && i < targets->size(); ++i) {
+            const auto position = (*targets)[i].find("POSITION");
+            accessors.emplace_back("target", position ? position->count() : ~std::uint64_t{0});
+        }
+    }
+};
+
+class MeshReader {
+public:
+    MeshReader(const GltfFile& file, const Materials& materials, const AnimationOptions& options)
+        : file_(file),
+          materials_(materials),
+          options_(options),
+          is_quantized_(file.uses_extension(kQuantization)) {}
+
+    Mesh read(std::size_t index) {
+        const JsonAt at = file_.element("meshes", index);
+        Mesh mesh;
+        const JsonAt primitives = at.at("primitives");
+        std::map<SetKey, std::size_t> sets;
+        for (std::size_t i = 0; i < primitives.size(); ++i) {
+            const JsonAt primitive = primitives[i];
+            const auto targets = primitive.find("targets");
+            const std::size_t target_count = targets ? targets->size() : 0;
+            if (i > 0 && target_count != mesh.target_count) {
+                primitive.fail("has {} morph targets, but the primitive before has {}",
+                               target_count, mesh.target_count);
+            }
+            mesh.target_count = target_count;
+            read_primitive(primitive, mesh, sets);
+        }
+        mesh.weights.resize(mesh.target_count);
+        if (const auto weights = at.find("weights")) weights->numbers(mesh.weights);
+        return mesh;
+    }
+    /// Gives the warnings, once all meshes have been read.
+    void finish() const {
+        for (const WarningCount* count :
+             {&left_out_, &not_finite_, &unweighted_, &without_texcoords_, &appearance_})
+            count->tell(options_.warn);
+    }
+
+private:
+    void read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets) {
+        const std::uint64_t mode = at.count_or("mode", kFirstTriangleMode);
+        if (mode > 6) at.at("mode").fail("is {}; must be from 0 to 6", mode);
+        const JsonAt attributes = at.at("attributes");
+        if (mode < kFirstTriangleMode || !attributes.find("POSITION")) {
+            left_out_.add([&] {
+                return Warning{file_.name(), fmt::format("{}: {}; left out", at.path(),
+                                                         mode < kFirstTriangleMode
+                                                             ? "points or lines, no triangles"
+                                                             : "no positions")};
+            });
+            return;
+        }
+        const auto [known, is_new] = sets.try_emplace(SetKey(at), mesh.sets.size());
+        if (is_new) mesh.sets.push_back(read_set(at));
+        Primitive primitive;
+        primitive.vertex_set = known->second;
+        const std::size_t vertex_count = mesh.sets[primitive.vertex_set].positions.size();
+        primitive.triangles = read_triangles(at, mode, vertex_count);
+        appearance_.catch_fault(file_.name(), "; left out", [&] {
+            primitive.material =
+                at.index_or_none("material", materials_.materials.size(), "materials");
+            if (const auto normal = attributes.find("NORMAL"))
+                primitive.normals = read_vectors(*normal, vertex_count);
+            primitive.texcoords = read_texcoords(attributes, primitive, vertex_count);
+            if (const auto colours = attributes.find("COLOR_0"))
+                colours->fail("colours of vertices are not read");
+        });
+        mesh.primitives.push_back(std::move(primitive));
+    }
+
+    Integers quantized(Integers otherwise) const {
+        return is_quantized_ ? Integers::kAny : otherwise;
+    }
+
+    std::vector<vec3> read_vectors(const JsonAt& reference, std::size_t vertex_count) {
+        return as_vectors(floats(file_, reference, {3, quantized(Integers::kNone), vertex_count}));
+    }
+
+    VertexSet read_set(const JsonAt& at) {
+        const JsonAt attributes = at.at("attributes");
+        const JsonAt position = attributes.at("POSITION");
+        VertexSet set;
+        set.positions = read_vectors(position, 0);
+        check_positions(position, set.positions);
+        const auto targets = at.find("targets");
+        for (std::size_t i = 0; targets && i < targets->size(); ++i)
+            set.targets.push_back(read_target((*targets)[i], set.positions.size()));
+        set.influences =
+            read_influences(file_, attributes, set.positions.size(), options_.lenient, unweighted_);
+        return set;
+    }
+
+    void check_positions(const JsonAt& at, const std::vector<vec3>& positions) {
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            if (MeshRules::is_good(positions[i])) continue;
+            const std::string what =
+                fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30", i);
+            if (!options_.lenient) at.fail(what + "; repair it", Hint::kLenient);
+            not_finite_.add([&] {
+                return Warning{file_.name(), fmt::format("{}: {}; kept as it is", at.path(), what)};
+            });
+        }
+    }
+
+    std::vector<vec3> read_target(const JsonAt& at, std::size_t vertex_count) {
+        const auto position = at.find("POSITION");
+        if (!position) return {};
+        std::vector<vec3> deltas = read_vectors(*position, vertex_count);
+        for (std::size_t i = 0; i < deltas.size(); ++i) {
+            const vec3& d = deltas[i];
+            if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
+                position->fail("element {} is not finite", i);
+        }
+        return deltas;
+    }
+
+    std::vector<uvec3> read_triangles(const JsonAt& at, std::uint64_t mode,
+                                      std::size_t vertex_count) {
+        std::vector<std::uint32_t> indices;
+        std::size_t corner_count = vertex_count;
+        const auto reference = at.find("indices");
+        if (reference) {
+            indices = integers(file_, *reference, 1, 0);
+            corner_count = indices.size();
+        }
+        const auto type = static_cast<TriangleMode>(mode);
+        if (corner_count < 3 || (type == TriangleMode::kTriangles && corner_count % 3 != 0)) {
+            (reference ? *reference : at)
+                .fail("{} corners are no {}", corner_count,
+                      type == TriangleMode::kTriangles ? "triangles" : "strip or fan");
+        }
+        triangle_count_ += count_triangles(type, corner_count);
+        if (triangle_count_ > kMaxTriangles) {
+            throw Error(ErrorKind::kLimit, "{}: more than 2^28 triangles; split the scene",
+                        file_.name());
+        }
+        for (std::size_t i = 0; i < indices.size(); ++i) {
+            if (indices[i] < vertex_count) continue;
+            reference->fail("index {} is {}, but there are {} vertices", i, indices[i],
+                            vertex_count);
+        }
+        return triangles_of(type, indices, corner_count);
+    }
+
+    std::vector<Texcoord> read_texcoords(const JsonAt& attributes, const Primitive& primitive,
+                                         std::size_t vertex_count) {
+        if (!primitive.material) return {};
+        const Material& material = materials_.materials[*primitive.material];
+        const TexcoordUse& use = material.texcoords;
+        if (material.texture == kNoTexture) return {};
+        const auto reference = attributes.find(fmt::format("TEXCOORD_{}", use.set));
+        if (!reference) {
+            without_texcoords_.add([&] {
+                return Warning{file_.name(),
+                               fmt::format("{}: has no TEXCOORD_{} for its texture; has its colour "
+                                           "alone",
+                                           attributes.path(), use.set)};
+            });
+            return {};
+        }
+        const std::vector<float> values =
+            floats(file_, *reference, {2, quantized(Integers::kNormalized), vertex_count});
+        std::vector<Texcoord> texcoords(vertex_count);
+        for (std::size_t i = 0; i < vertex_count; ++i) {
+            const auto mapped = [&](const std::array<double, 3>& row) {
+                return static_cast<float>((row[0] * static_cast<double>(values[2 * i]) +
+                                           row[1] * static_cast<double>(values[2 * i + 1])) +
+                                          row[2]);
+            };
+            const float u = mapped(use.map.u);
+            const float v = mapped(use.map.v);
+            if (!std::isfinite(u) || !std::isfinite(v))
+                reference->fail("vertex {} has coordinates that are not finite", i);
+            // v counts from the top of the image.
+            texcoords[i] = {u, 1 - v};
+        }
+        return texcoords;
+    }
+
+    const GltfFile& file_;
+    const Materials& materials_;
+    const AnimationOptions& options_;
+    bool is_quantized_;
+    std::uint64_t triangle_count_ = 0;
+    WarningCount left_out_;
+    WarningCount not_finite_;
+    WarningCount unweighted_;
+    WarningCount without_texcoords_;
+    WarningCount appearance_;
+};
+
+}  // namespace
+
+std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
+                                          std::span<const std::uint32_t> indices,
+                                          const AnimationOptions& options) {
+    MeshReader reader(file, materials, options);
+    std::map<std::uint32_t, Mesh> meshes;
+    for (const std::uint32_t index : indices)
+        if (!meshes.contains(index)) meshes.emplace(index, reader.read(index));
+    reader.finish();
+    return meshes;
+}
+
+}  // namespace mray::gltf
