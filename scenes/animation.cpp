@@ -7,8 +7,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "scenes/gltf/gltf_animation.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"

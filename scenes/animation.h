@@ -11,7 +11,6 @@
 
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
-#include "common/scene/origin.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/textures.h"
 

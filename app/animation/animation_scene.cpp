@@ -14,7 +14,7 @@
 #include "app/files/image_files.h"
 #include "common/image/depth.h"
 #include "common/scene/camera_setup.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

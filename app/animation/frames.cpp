@@ -9,8 +9,7 @@
 #include <string_view>
 
 #include "common/base/errors.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "scenes/gltf/gltf_animation.h"
 #include "scenes/sequence/streamed_animation.h"
 

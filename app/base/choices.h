@@ -11,7 +11,7 @@
 
 #include "app/base/options.h"
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 

@@ -9,7 +9,7 @@
 
 #include "app/cli/option_groups.h"
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "common/version.h"
 
 namespace mray::app {

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "app/cli/option_groups.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/cli/option_groups.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "app/terminal/messages.h"
 #include "common/simd/simd_target.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

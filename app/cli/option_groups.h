@@ -13,7 +13,7 @@
 #include "app/base/options.h"
 #include "app/cli/command_line.h"
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 

@@ -9,7 +9,7 @@
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

@@ -7,7 +7,7 @@
 #include "app/backends/backends.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

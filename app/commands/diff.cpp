@@ -6,8 +6,7 @@
 #include "app/commands/commands.h"
 #include "app/terminal/failure.h"
 #include "common/report/compare.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "morphray/images.hpp"
 
 namespace mray::app {

@@ -21,7 +21,7 @@
 #include "common/interop/surface.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

@@ -18,7 +18,7 @@
 #include "common/report/shell.h"
 #include "common/report/spread.h"
 #include "common/report/table.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

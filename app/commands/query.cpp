@@ -11,7 +11,7 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/scene/mesh.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -22,7 +22,7 @@
 #include "common/base/output_file.h"
 #include "common/image/png.h"
 #include "common/report/table.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 #include "morphray/images.hpp"
 
 namespace mray::app {

@@ -12,8 +12,8 @@
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
-#include "common/scene/view_axes.h"
-#include "common/text/text_parts.h"
+#include "common/scene/camera_setup.h"
+#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

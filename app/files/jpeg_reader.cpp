@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

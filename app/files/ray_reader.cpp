@@ -17,8 +17,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "morphray/mesh.hpp"
 
 namespace mray::app {

@@ -17,7 +17,7 @@
 
 #include "app/terminal/failure.h"
 #include "common/base/output_file.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "app/backends/backends.h"
 #include "app/terminal/failure.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 

@@ -9,7 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "app/animation/animation_scene.h"
-#include "common/scene/view_axes.h"
+#include "common/scene/camera_setup.h"
 
 namespace mray::app {
 namespace {

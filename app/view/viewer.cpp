@@ -12,7 +12,7 @@
 #include "app/view/controls.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

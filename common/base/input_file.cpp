@@ -12,7 +12,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray {
 namespace {

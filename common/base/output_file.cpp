@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 
 namespace mray {
 namespace {

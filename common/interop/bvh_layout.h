@@ -74,6 +74,7 @@ SHARED_END
 #ifdef __cplusplus
 #include <cstddef>
 namespace mray {
+
 static_assert(sizeof(Node) == 448 && sizeof(Node) == 16 * kNodeVec4s);
 static_assert(offsetof(Node, lower_x) == 16 * kNodeLowerX);
 static_assert(offsetof(Node, upper_x) == 16 * kNodeUpperX);

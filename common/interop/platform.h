@@ -35,6 +35,7 @@
 #define SHARED_END }  // namespace mray
 
 namespace mray {
+
 using glm::uvec3;
 using glm::uvec4;
 using glm::vec3;

@@ -10,7 +10,7 @@
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/report/shell.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::plot {
 namespace {

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <vector>
+
+#include <glm/common.hpp>
 
 #include "common/base/errors.h"
 #include "common/interop/camera.h"
-#include "common/scene/view_axes.h"
 
 namespace mray {
 namespace {
@@ -128,6 +131,236 @@ std::vector<Ray> camera_rays(const ImageParams& params) {
             rays.push_back(camera_ray(params.camera, x, y));
     }
     return rays;
+}
+
+namespace {
+
+// Where the eye is, seen from the target, unless it is given: in front, to the right, above.
+const dvec3 kDefaultSide(0.45, 0.4, 1);
+// The image is larger than the scene in it by this factor.
+constexpr double kFramingMargin = 1.02;
+// The image is larger than an object by this factor. Its shadow has kFramingMargin.
+constexpr double kObjectMargin = 1.15;
+// The light is above, by these parts to the left and in front: shadows fall behind. In radii.
+constexpr double kLightLeft = 0.4;
+constexpr double kLightFront = 0.8;
+constexpr double kLightDistance = 8;
+// The least depth of the scene before the eye, as a part of its radius: fields of view that are
+// nearly 180 degrees would put the eye into the nearest corner.
+constexpr double kLeastDepth = 0.05;
+
+struct SceneBox {
+    dvec3 centre = {0, 0, 0};
+    dvec3 half = dvec3(1, 1, 1) / std::sqrt(3.0);
+    double radius() const { return std::hypot(half.x, half.y, half.z); }
+};
+
+// A point has its distance from 0 for a size, as in SceneSpace; nothing and 0 alone have 1.
+SceneBox scene_box(const WorldBounds& bounds) {
+    SceneBox unit;
+    if (bounds.empty()) return unit;
+    SceneBox box{bounds.lower / 2.0 + bounds.upper / 2.0, bounds.upper / 2.0 - bounds.lower / 2.0};
+    if (box.radius() == 0) {
+        const double size = std::hypot(box.centre.x, box.centre.y, box.centre.z);
+        box.half = unit.half * (size > 0 ? size : 1);
+    }
+    return box;
+}
+
+// The slopes from the middle of the image to the upper and the right end of the scene.
+struct HalfSlopes {
+    double up;
+    double right;
+};
+
+HalfSlopes framing_slopes(const ViewSpec& view) {
+    const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
+    const double up = std::tan(fov * (std::numbers::pi / 360)) / kFramingMargin;
+    const bool is_sized = view.width > 0 && view.height > 0;
+    return {up, is_sized ? up * view.width / view.height : up};
+}
+
+// Calls visit(p) for the corners of the box, seen from a point.
+template <class Visit>
+void for_corners(const SceneBox& scene, const dvec3& from, const Visit& visit) {
+    for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
+        visit(scene.centre + sign * scene.half - from);
+    }
+}
+
+// How far before the target the eye must be for all points to be in the image, and at least
+// least_depth before the eye. for_points(visit) calls visit(p, margin) for points from the target.
+template <class ForPoints>
+double framing_distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
+                        const ForPoints& for_points) {
+    double distance = 0;
+    for_points([&](const dvec3& p, double margin) {
+        const double least = std::max(std::abs(glm::dot(p, axes.up)) / slopes.up,
+                                      std::abs(glm::dot(p, axes.right)) / slopes.right);
+        const double depth = margin * std::max(least, least_depth);
+        distance = std::max(distance, depth - glm::dot(p, axes.forward));
+    });
+    return distance;
+}
+
+// Returns the point, at the depth of the box's middle, that the eye looks at from the least
+// distance at which all corners are in the image: the middle, or the point nearest to it that
+// allows that.
+// 1. Let x and z be the place of a corner along an axis of the image and forward, both from the
+//    middle, s the slope on that axis, and e and -d the place of the eye.
+// 2. The corner is in the image if x - e and e - x are at most s (z + d).
+// 3. So e is at least a - s d and at most s d - b, where a is the largest x - s z of all corners,
+//    and b the largest -x - s z.
+// 4. There is such an e if 2 s d is at least a + b.
+dvec3 framing_target(const HalfSlopes& slopes, const Axes& axes, const SceneBox& scene) {
+    struct Axis {
+        dvec3 across;
+        double slope;
+        double a = -std::numeric_limits<double>::infinity();
+        double b = a;
+    };
+    Axis both[] = {{axes.right, slopes.right}, {axes.up, slopes.up}};
+    double distance = 0;
+    for (Axis& axis : both) {
+        for_corners(scene, scene.centre, [&](const dvec3& p) {
+            const double x = glm::dot(p, axis.across);
+            const double z = axis.slope * glm::dot(p, axes.forward);
+            axis.a = std::max(axis.a, x - z);
+            axis.b = std::max(axis.b, -x - z);
+        });
+        distance = std::max(distance, (axis.a + axis.b) / (2 * axis.slope));
+    }
+    dvec3 target = scene.centre;
+    for (const Axis& axis : both) {
+        const double room = axis.slope * distance;
+        target += std::max(axis.a - room, std::min(0.0, room - axis.b)) * axis.across;
+    }
+    return target;
+}
+
+// Above left of the eye by its distance from the middle, farther if that is in the scene.
+dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
+    const dvec3 aside = 0.7 * axes.up - 0.6 * axes.right;
+    const double radius = scene.radius();
+    double reach = std::max(glm::length(eye - scene.centre), 2 * radius);
+    // A line leaves a sphere of 1.5 radii within a few doublings; an invalid view has no axes.
+    for (int i = 0; i < 4; ++i) {
+        if (glm::length(eye + reach * aside - scene.centre) > 1.5 * radius) break;
+        reach *= 2;
+    }
+    return eye + reach * aside;
+}
+
+// Returns kDefaultSide, turned by the least angle that brings the y axis to `up`.
+dvec3 default_side(const dvec3& up) {
+    if (up.y < kParallel - 1) return {kDefaultSide.x, -kDefaultSide.y, -kDefaultSide.z};
+    const dvec3 axis = glm::cross(dvec3(0, 1, 0), up);
+    const dvec3 turned = glm::cross(axis, kDefaultSide);
+    return kDefaultSide + turned + glm::cross(axis, turned) / (1 + up.y);
+}
+
+// Vertices of an object and their shadows, in radii from its middle to the right, up and forward.
+struct SeenObject {
+    std::vector<vec3> vertices;
+    std::vector<vec3> shadows;
+
+    double distance(const HalfSlopes& slopes, const dvec3& target) const {
+        const Axes axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        return framing_distance(slopes, axes, kLeastDepth, [&](const auto& visit) {
+            for (const vec3& p : vertices) visit(dvec3(p) - target, kObjectMargin / kFramingMargin);
+            for (const vec3& p : shadows) visit(dvec3(p) - target, 1);
+        });
+    }
+};
+
+// `light` is in radii from the middle. The shadows are on the plane through the lowest vertex.
+SeenObject see_object(std::span<const vec3> positions, const SceneBox& box, const Axes& axes,
+                      const dvec3& up, const dvec3& light) {
+    const auto seen = [&](const dvec3& p) {
+        return vec3(
+            dvec3(glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.forward)));
+    };
+    SeenObject object;
+    double bottom = std::numeric_limits<double>::infinity();
+    for (const vec3& position : positions) {
+        if (!all_finite(dvec3(position))) continue;
+        const dvec3 p = (dvec3(position) - box.centre) / box.radius();
+        bottom = std::min(bottom, glm::dot(p, up));
+    }
+    for (const vec3& position : positions) {
+        if (!all_finite(dvec3(position))) continue;
+        const dvec3 p = (dvec3(position) - box.centre) / box.radius();
+        const double part = (glm::dot(light, up) - bottom) / glm::dot(light - p, up);
+        object.vertices.push_back(seen(p));
+        object.shadows.push_back(seen(light + part * (p - light)));
+    }
+    return object;
+}
+
+}  // namespace
+
+ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
+    const SceneBox scene = scene_box(bounds);
+    dvec3 target = view.target ? to_dvec3(*view.target) : scene.centre;
+    dvec3 eye;
+    if (view.eye) {
+        eye = to_dvec3(*view.eye);
+        if (!view.target && eye == target) target.z -= scene.radius();
+    } else {
+        const dvec3 from = direction_of(kDefaultSide);
+        const Axes axes = axes_of(-from, to_dvec3(view.up));
+        const HalfSlopes slopes = framing_slopes(view);
+        if (!view.target) target = framing_target(slopes, axes, scene);
+        const auto for_points = [&](const auto& visit) {
+            for_corners(scene, target, [&](const dvec3& p) { visit(p, 1); });
+        };
+        eye = target +
+              framing_distance(slopes, axes, kLeastDepth * scene.radius(), for_points) * from;
+    }
+    const Axes axes = axes_of(direction_of(target - eye), to_dvec3(view.up));
+    const dvec3 light = view.light ? to_dvec3(*view.light) : default_light(eye, axes, scene);
+    const double ao_distance = view.ao_distance == 0 ? scene.radius() / 2 : view.ao_distance;
+    return {to_point(eye), to_point(target), to_point(light), ao_distance};
+}
+
+ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions) {
+    const dvec3 up = direction_of(to_dvec3(view.up));
+    const WorldBounds bounds = bounds_of(positions);
+    if (bounds.empty() || !(glm::length(up) > 0)) return view;
+    const SceneBox box = scene_box(bounds);
+    const Axes axes = axes_of(-direction_of(default_side(up)), up);
+    const dvec3 front = glm::cross(axes.right, up);
+    const dvec3 light =
+        kLightDistance * direction_of(up - kLightLeft * axes.right + kLightFront * front);
+    const SeenObject object = see_object(positions, box, axes, up, light);
+
+    const HalfSlopes slopes = framing_slopes(view);
+    dvec3 target(0, 0, 0);
+    double distance = object.distance(slopes, target);
+    // The middle moves less with each step.
+    constexpr int kSteps = 8;
+    constexpr double kSettled = 1e-4;
+    dvec3 shift(distance);
+    for (int step = 0; step < kSteps && glm::length(shift) > kSettled * distance; ++step) {
+        dvec3 lower(std::numeric_limits<double>::infinity());
+        dvec3 upper = -lower;
+        for (const vec3& vertex : object.vertices) {
+            const dvec3 p = dvec3(vertex) - target;
+            const dvec3 slope = p / (distance + p.z);
+            lower = glm::min(lower, slope);
+            upper = glm::max(upper, slope);
+        }
+        shift = distance / 2 * dvec3(lower.x + upper.x, lower.y + upper.y, 0);
+        target += shift;
+        distance = object.distance(slopes, target);
+    }
+    const dvec3 middle = box.centre + box.radius() * (target.x * axes.right + target.y * axes.up);
+    ViewSpec framed = view;
+    framed.eye = to_point(middle - box.radius() * distance * axes.forward);
+    framed.target = to_point(middle);
+    if (!view.light) framed.light = to_point(box.centre + box.radius() * light);
+    return framed;
 }
 
 }  // namespace mray

@@ -10,8 +10,7 @@
 #include <string_view>
 
 #include "common/base/errors.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray {
 namespace {

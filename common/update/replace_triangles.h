@@ -7,7 +7,7 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
-#include "common/update/relayout.h"
+#include "common/update/restructure.h"
 
 namespace mray {
 

@@ -1,14 +1,75 @@
-// Builds new levels of a tree over the parts that are still sound.
+// Builds new levels of a tree over the subtrees that are still sound.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
+#include "common/base/aligned_vector.h"
+#include "common/bvh/builder/split.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
-#include "common/update/relayout.h"
 
 namespace mray {
+
+/// Half the area of the box of each node and leaf when it was placed, over the growth until then.
+struct BuiltAreas {
+    std::vector<float> nodes;
+    std::vector<float> leaves;
+};
+BuiltAreas built_areas(const Bvh& bvh);
+
+// If more than this part of all triangles is loose, a build does not cost much more.
+inline constexpr double kMostLoose = 0.5;
+
+inline bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
+inline std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
+
+/// Calls use(slot, child) for each child entry of a node.
+template <class Use>
+void for_each_child(const Node& node, Use use) {
+    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
+        use(slot, node.child[slot]);
+}
+
+/// The parts of a tree under new levels.
+struct TreeParts {
+    /// The child entries, in the old tree, of subtrees that stay as they are, and their boxes.
+    std::vector<std::uint32_t> subtrees;
+    std::vector<Box> boxes;
+    std::vector<std::uint32_t> removed_leaves;
+};
+
+/// Takes the tree apart from the root on, down to children that is_sound(node, slot, child) keeps.
+template <class IsSound>
+TreeParts take_apart(const Bvh& bvh, IsSound is_sound) {
+    TreeParts parts;
+    std::vector<std::uint8_t> is_open(bvh.nodes.size());
+    is_open[0] = 1;
+    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+        if (is_open[i] == 0) continue;
+        const Node& node = bvh.nodes[i];
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (is_sound(node, slot, child)) {
+                parts.subtrees.push_back(child);
+                parts.boxes.push_back(slot_box(node, slot));
+            } else if (is_leaf(child)) {
+                parts.removed_leaves.push_back(leaf_of(child));
+            } else {
+                is_open[child] = 1;
+            }
+        });
+    }
+    return parts;
+}
+
+/// Builds new levels, with new leaves, over the triangles `loose` and the subtrees of `parts`.
+/// Returns the number of both. Returns 0, and changes nothing, if there are fewer than two or the
+/// tree would become deeper than kMaxDepth. Runs in the calling thread's arena.
+std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
+                        const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
+                        Bvh& bvh, BuiltAreas& areas);
 
 /// Often only a small part of a tree degrades: bodies that move as a whole keep their subtrees
 /// sound, and only leaves with triangles of several bodies grow, with the nodes above them.

@@ -11,8 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::gpu {
 namespace {

@@ -10,7 +10,7 @@
 #include "common/base/output_file.h"
 #include "common/image/png.h"
 #include "common/interop/ray.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "library/src/scene/errors.h"
 #include "morphray/scene.hpp"
 

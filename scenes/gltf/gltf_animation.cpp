@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "scenes/gltf/gltf_scene.h"
 #include "scenes/gltf/pose.h"
 

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "common/base/input_file.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "scenes/mesh/mesh_file.h"
 
 namespace mray::gltf {

@@ -12,8 +12,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::gltf {
 namespace {

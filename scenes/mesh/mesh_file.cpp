@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray {
 namespace {

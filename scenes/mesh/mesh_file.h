@@ -17,7 +17,7 @@
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/scene/mesh.h"
-#include "common/scene/origin.h"
+#include "common/scene/scene_space.h"
 #include "common/scene/textures.h"
 #include "scenes/polygons/triangulate.h"
 

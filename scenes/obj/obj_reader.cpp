@@ -23,8 +23,7 @@
 #include <tiny_obj_loader.h>
 
 #include "common/base/input_file.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray {
 namespace {

@@ -15,8 +15,7 @@
 #include <vector>
 
 #include "common/base/input_file.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "scenes/procedural/body_scenes.h"
 #include "scenes/procedural/surface_scenes.h"
 

@@ -22,8 +22,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/input_file.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "scenes/obj/obj_reader.h"
 #include "scenes/ply/ply_reader.h"
 

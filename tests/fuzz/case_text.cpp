@@ -12,7 +12,7 @@
 
 #include "app/base/options.h"
 #include "common/base/errors.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 #include "tests/fuzz/case.h"
 
 namespace mray::fuzz {

@@ -1,12 +1,12 @@
 // Coordinates that lie so far from 0 that floats are too coarse for them.
-#include "common/scene/origin.h"
+#include "common/scene/scene_space.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 #include "scenes/animation.h"
 #include "tests/scenes/ply/ply_files.h"
 #include "tests/support/temporary_folder.h"

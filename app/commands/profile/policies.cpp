@@ -17,7 +17,7 @@
 #include "common/report/plot.h"
 #include "common/report/spread.h"
 #include "common/report/table.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

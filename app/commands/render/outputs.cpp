@@ -12,7 +12,7 @@
 #include "common/base/hash.h"
 #include "common/image/frame.h"
 #include "common/report/shell.h"
-#include "common/text/number_text.h"
+#include "common/text/text.h"
 #include "common/version.h"
 
 namespace mray::app {

@@ -6,8 +6,7 @@
 
 #include "common/report/compare.h"
 #include "common/report/shell.h"
-#include "common/text/number_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 #include "common/version.h"
 
 namespace mray::app {

@@ -8,7 +8,7 @@
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/page.h"
 #include "common/report/table.h"
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 
+#include "common/base/watch.h"
 #include "common/bvh/box.h"
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
@@ -147,5 +148,36 @@ struct alignas(32) Bin {
 };
 
 using Bins = std::array<Bin, kBins>;
+
+// ---- Large triangles apart from small ones
+
+/// Divides refs as split_binned does, but the larger boxes from the smaller ones, if that costs
+/// less than `other`, a split of the same set; otherwise returns a size of 0. It helps where a few
+/// boxes are large, as those of walls and beams in a room: then both sides of any plane have large
+/// boxes. triangles: how many the set has. largest: an upper bound of the areas of its boxes, which
+/// this may lower to the largest area.
+PartSize split_by_area(std::span<const PrimRef> refs, PrimRef* out, std::size_t triangles,
+                       const PartSize& other, float& largest);
+
+/// The largest area of a box; 0 for no refs.
+float largest_area(std::span<const PrimRef> refs);
+
+// ---- Refs of two triangles each, such as the halves of a quadrangle: they halve the work of splits
+
+/// Makes pairs of neighbours in the list that share one edge and whose common box is small; the
+/// others stay as they are. refs are triangles of the topology, each the one after the last.
+/// Returns how many refs are left, at the beginning and in order.
+std::size_t pair_refs(const Topology& topology, std::span<PrimRef> refs);
+
+/// Makes the refs of all triangles, which are the same for any number of threads, in one of two
+/// arrays with room for a ref a triangle; returns them. Throws Error(kCancelled) soon after the
+/// watch asks for it.
+std::span<PrimRef> make_paired_refs(const Topology& topology, std::span<const vec3> positions,
+                                    PrimRef* first, PrimRef* second, const SimdTarget& target,
+                                    const Watch& watch);
+
+/// Makes single refs of refs[0 .. count), all of triangles, which have room for a ref a triangle.
+void open_pairs(const Topology& topology, std::span<const vec3> positions, PrimRef* refs,
+                std::size_t count, std::size_t triangles, const SimdTarget& target);
 
 }  // namespace mray

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <utility>
 
-#include "common/scene/view_axes.h"
+#include "common/scene/camera_setup.h"
 #include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/errors.h"
 

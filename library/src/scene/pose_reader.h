@@ -9,7 +9,6 @@
 
 #include "common/base/thread_arena.h"
 #include "common/scene/mesh.h"
-#include "common/scene/origin.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "library/src/scene/mesh_list.h"

@@ -1,4 +1,4 @@
-#include "common/text/text_parts.h"
+#include "common/text/text.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/update/tree_cost.h"
+#include "common/update/tree_updater.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/motions.h"
 #include "tests/support/test_scene.h"

@@ -1,4 +1,4 @@
-#include "common/update/tree_cost.h"
+#include "common/update/tree_updater.h"
 
 #include <gtest/gtest.h>
 

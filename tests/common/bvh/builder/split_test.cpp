@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "common/base/aligned_vector.h"
-#include "common/bvh/builder/area_split.h"
-#include "common/bvh/builder/pair_refs.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {
