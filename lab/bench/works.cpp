@@ -278,7 +278,7 @@ private:
             cpu::SharedOriginRays rays[cpu::kSquareBlocks];
             cpu::LitPixels lit[cpu::kSquareBlocks];
             const std::uint8_t occluded[cpu::kSquareRays] = {};
-            const cpu::PixelPart part{played_.params, mesh, squares[i], frame_};
+            const cpu::ImageRegion part{played_.params, mesh, squares[i], frame_};
             shader_.make_shadow_rays(part, rays, lit);
             shader_.shade_shadows(part, occluded, lit);
         });

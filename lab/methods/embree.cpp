@@ -378,7 +378,7 @@ void trace_camera(RTCScene scene, const ImageParams& params, const cpu::Tile& ti
     }
 }
 
-void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
+void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::ImageRegion& part) {
     EmbreeQuery query(true);
     cpu::SharedOriginRays rays[cpu::kSquareBlocks];
     cpu::LitPixels lit[cpu::kSquareBlocks];
