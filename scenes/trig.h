@@ -1,4 +1,4 @@
-// Sine and cosine of turns from + - * alone: those of a libm differ between processors.
+// Sine and cosine of turns from + - * alone: the functions of a libm differ between processors.
 #pragma once
 
 #include <cmath>

@@ -33,6 +33,17 @@ VkDeviceSize padded_size(VkDeviceSize size) {
     return std::has_single_bit(rounded) ? rounded + 16 : rounded;
 }
 
+UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format) {
+    const VkBufferViewCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+        .buffer = buffer.get(),
+        .format = format,
+        .offset = 0,
+        .range = buffer.size(),
+    };
+    return {device.get(), vkCreateBufferView, info, "create a buffer view"};
+}
+
 }  // namespace
 
 MemoryBlock::MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size,
@@ -144,17 +155,6 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
     check(vkBindBufferMemory(device.get(), buffer_.get(), memory_.block().get(), memory_.offset()),
           "bind a buffer");
     if (is_mapped) mapped_ = memory_.block().mapped().subspan(memory_.offset(), size_);
-}
-
-UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format) {
-    const VkBufferViewCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
-        .buffer = buffer.get(),
-        .format = format,
-        .offset = 0,
-        .range = buffer.size(),
-    };
-    return {device.get(), vkCreateBufferView, info, "create a buffer view"};
 }
 
 ReadBuffer::ReadBuffer(Device& device, BufferKind kind, const char* name, VkDeviceSize size,

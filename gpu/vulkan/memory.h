@@ -125,8 +125,6 @@ private:
     std::span<std::byte> mapped_;
 };
 
-UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format);
-
 /// The resource of each binding number, a view or a buffer; null if there is none.
 struct Bindings {
     std::array<VkBufferView, kBindingCount> views = {};
@@ -145,9 +143,8 @@ struct ReadBuffer {
     void bind_words(Bindings& bindings, std::uint32_t number) const;
 
     Buffer buffer;
-    // Null for a storage buffer.
-    UniqueBufferView view;
-    UniqueBufferView words;
+    UniqueBufferView view;   // null for a storage buffer
+    UniqueBufferView words;  // null unless written by words
 };
 
 }  // namespace mray::gpu

@@ -43,7 +43,7 @@ std::uint32_t word_at(std::string_view bytes, std::size_t offset) {
     return word;
 }
 
-/// Finds the chunks of a GLB file (version 2), of which those of unknown types are skipped.
+/// Finds the chunks of a GLB file (version 2). Chunks of unknown types are skipped.
 Glb split_glb(std::string_view bytes, const std::string& file) {
     constexpr const char* kCut = "ends within a head; is it complete?";
     if (bytes.size() < kHeadSize) refuse(file, bytes.size(), kCut);

@@ -52,7 +52,8 @@ struct FileMesh {
     std::vector<Albedo> albedo;
     /// Linear colours, or empty. Triangles that `albedo` leaves kClay have the mean of their three.
     std::vector<vec3> vertex_colours;
-    /// A number a corner, which those of one position and normal share. Empty without normals.
+    /// A number for each corner; equal ones have equal positions and normals. Empty without
+    /// normals.
     std::vector<std::uint32_t> smooth;
     /// The textures that faces use. If there are none, the arrays below are empty, too.
     std::vector<TextureFile> textures;

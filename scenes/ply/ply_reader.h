@@ -8,8 +8,8 @@
 namespace mray {
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
-/// order of bytes: faces and strips. Integer colours are those of images, whose squares are linear;
-/// others are linear. Vertices with equal positions and normals are smooth together. Throws Error:
+/// order of bytes: faces and strips. The squares of integer colours are linear, as in images; other
+/// colours are linear. Vertices with equal positions and normals are smooth together. Throws Error:
 /// kBadInput with the line or the byte, kLimit. Thread-safe as read_obj().
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 

@@ -86,8 +86,8 @@ std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
                                            const AnimationOptions& options);
 
-/// Each file is a keyframe. Triangles, colours and textures are those of the first; all must have
-/// its faces. Throws Error(kBadInput) for the first file; a later one does not fail the opening.
+/// Each file is a keyframe. The first has the triangles, colours and textures; all must have its
+/// faces. Throws Error(kBadInput) for the first file; a later one does not fail the opening.
 std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
                                           const std::string& name, const AnimationOptions& options);
 
