@@ -17,39 +17,30 @@ namespace {
 // Fine enough that the smallest window still has a thousand pixels to judge by.
 constexpr std::uint32_t kProbeSide = 256;
 
-std::vector<std::uint8_t> probe(const Camera& camera, const Bvh& bvh) {
-    const cpu::ScalarTracer tracer(bvh);
-    std::vector<std::uint8_t> hits(std::size_t{kProbeSide} * kProbeSide);
-    tbb::parallel_for(std::uint32_t{0}, kProbeSide, [&](std::uint32_t y) {
-        for (std::uint32_t x = 0; x < kProbeSide; ++x) {
-            hits[std::size_t{y} * kProbeSide + x] = tracer.occluded(camera_ray(camera, x, y));
-        }
-    });
-    return hits;
-}
-
-/// Counts of hits in rectangles (F. C. Crow. Summed-area tables for texture mapping. 1984).
-class SummedHits {
+/// Counts of a camera's hits in rectangles (F. C. Crow. Summed-area tables for texture mapping.
+/// 1984).
+class HitCounts {
 public:
-    explicit SummedHits(std::span<const std::uint8_t> hits) : sums_(kPitch * kPitch) {
-        for (std::uint32_t y = 0; y < kProbeSide; ++y) {
-            std::uint32_t row = 0;
+    HitCounts(const Camera& camera, const Bvh& bvh) : sums_(kPitch * kPitch) {
+        const cpu::ScalarTracer tracer(bvh);
+        tbb::parallel_for(std::uint32_t{0}, kProbeSide, [&](std::uint32_t y) {
             for (std::uint32_t x = 0; x < kProbeSide; ++x) {
-                row += hits[std::size_t{y} * kProbeSide + x];
-                sum(x + 1, y + 1) = sum(x + 1, y) + row;
+                const bool is_hit = tracer.occluded(camera_ray(camera, x, y));
+                sums_[at(x + 1, y + 1)] = sums_[at(x, y + 1)] + (is_hit ? 1 : 0);
             }
-        }
+        });
+        for (std::size_t i = kPitch; i < sums_.size(); ++i) sums_[i] += sums_[i - kPitch];
     }
 
     std::uint32_t count(std::uint32_t x, std::uint32_t y, std::uint32_t side) const {
-        return sum(x + side, y + side) - sum(x, y + side) - sum(x + side, y) + sum(x, y);
+        return sums_[at(x + side, y + side)] - sums_[at(x, y + side)] - sums_[at(x + side, y)] +
+               sums_[at(x, y)];
     }
 
 private:
     static constexpr std::size_t kPitch = kProbeSide + 1;
 
-    std::uint32_t& sum(std::uint32_t x, std::uint32_t y) { return sums_[y * kPitch + x]; }
-    std::uint32_t sum(std::uint32_t x, std::uint32_t y) const { return sums_[y * kPitch + x]; }
+    static std::size_t at(std::uint32_t x, std::uint32_t y) { return y * kPitch + x; }
 
     std::vector<std::uint32_t> sums_;
 };
@@ -70,15 +61,14 @@ std::uint32_t off_middle(const Window& window) {
     return static_cast<std::uint32_t>(off(window.x) + off(window.y));
 }
 
-/// The full one nearest to the middle, or that of the greatest share. `hits`: 1 or 0 a pixel.
-Window find_full_window(std::span<const std::uint8_t> hits) {
-    const SummedHits summed(hits);
+/// The largest full window, of these the nearest to the middle; or the one of the greatest share.
+Window find_full_window(const HitCounts& hits) {
     std::optional<Window> fullest;
     for (std::uint32_t size = kProbeSide; size >= kProbeSide / kMaxZoom; --size) {
         std::optional<Window> full;
         for (std::uint32_t y = 0; y + size <= kProbeSide; ++y) {
             for (std::uint32_t x = 0; x + size <= kProbeSide; ++x) {
-                const double share = double(summed.count(x, y, size)) / (double(size) * size);
+                const double share = double(hits.count(x, y, size)) / (double(size) * size);
                 const Window window{x, y, size, share};
                 if (!fullest || share > fullest->hit_share) fullest = window;
                 if (share < kFullShare) continue;
@@ -118,7 +108,7 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     ViewSpec coarse = whole;
     coarse.width = coarse.height = kProbeSide;
     const Camera camera = make_image_params(coarse, bounds, space).camera;
-    const Window window = find_full_window(probe(camera, bvh));
+    const Window window = find_full_window(HitCounts(camera, bvh));
 
     // Scene space differs from world space in scale and origin only, so directions are the same.
     const double middle_x = window.x + window.side / 2.0;

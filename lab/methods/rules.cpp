@@ -20,30 +20,25 @@ bool alike(float u, float v, float w) {
            (u != 0 || v != 0 || w != 0);
 }
 
-class MoellerTrumbore {
-public:
-    explicit MoellerTrumbore(const Ray& ray) : org_(ray.org), dir_(ray.dir) {}
+struct MoellerTrumbore {
+    const Ray& ray;
 
     bool intersect(vec3 a, vec3 b, vec3 c, float& t, float& u, float& v) const {
         const vec3 e1 = b - a;
         const vec3 e2 = c - a;
-        const vec3 p = cross(dir_, e2);
+        const vec3 p = cross(ray.dir, e2);
         const float determinant = dot(e1, p);
         if (!(determinant != 0)) return false;
         const float inverse = 1 / determinant;
-        const vec3 s = org_ - a;
+        const vec3 s = ray.org - a;
         u = dot(s, p) * inverse;
         if (!(u >= 0 && u <= 1)) return false;
         const vec3 q = cross(s, e1);
-        v = dot(dir_, q) * inverse;
+        v = dot(ray.dir, q) * inverse;
         if (!(v >= 0 && u + v <= 1)) return false;
         t = dot(e2, q) * inverse;
         return t > 0;
     }
-
-private:
-    vec3 org_;
-    vec3 dir_;
 };
 
 /// Falls back to double precision if an edge function is 0, as the paper does.
@@ -137,7 +132,7 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
         float t_enter;
         std::uint32_t child;
     };
-    const Rule rule(ray);
+    const Rule rule{ray};
     const PaddedSlabs slabs(ray);
     Hit best = no_hit();
     float best_t = ray.tfar;

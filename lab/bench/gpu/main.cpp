@@ -28,7 +28,6 @@
 namespace mray::lab {
 namespace {
 
-constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
 constexpr std::uint64_t kTimeLimitMs = 60'000;
 
 std::uint64_t pixels_of(const ImageParams& params) {
@@ -69,15 +68,69 @@ class PeerTracer {
 public:
     /// The tree has more than one leaf, of at most 7 triangles. `rays` are those of kPeerRays.
     PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
-               const ImageParams& params, std::span<const Ray> rays);
+               const ImageParams& params, std::span<const Ray> rays)
+        : shared_(std::move(device)),
+          tree_(tree),
+          params_(params),
+          ray_count_(static_cast<std::uint32_t>(rays.size())),
+          context_(shared_->device, kTimeLimitMs),
+          transfer_(context_) {
+        const std::vector<vec4> nodes = kernel_nodes(tree);
+        const std::vector<vec4> triangles = kernel_triangles(tree);
+        nodes_ = make_buffer("peer's nodes", std::as_bytes(std::span(nodes)));
+        triangles_ = make_buffer("peer's triangles", std::as_bytes(std::span(triangles)));
+        rays_ = make_buffer("peer's rays", std::as_bytes(rays));
+        const std::uint64_t hits = std::max<std::uint64_t>(pixels_of(params), rays.size());
+        hits_ = make_buffer("peer's hits", sizeof(Hit) * hits);
+        occluded_ = make_buffer("peer's occlusion", 4 * pixels_of(params));
+        gpu::Bindings bindings;
+        bindings.buffers[kBindNodes] = nodes_.get();
+        bindings.buffers[kBindLeaves] = triangles_.get();
+        bindings.buffers[kBindRays] = rays_.get();
+        bindings.buffers[kBindHits] = hits_.get();
+        bindings.buffers[kBindOcclusion] = occluded_.get();
+        for (const std::uint32_t mode : {kPeerCamera, kPeerShadow, kPeerRays}) {
+            gpu::BoundPipeline& bound = pipelines_.emplace_back(
+                shared_->device, shared_->pipelines.get(shared_->device, k_peer_spirv, {mode}));
+            bound.bind(bindings);
+        }
+    }
 
     /// Traces a mode's rays, those of kPeerShadow from the last kPeerCamera. Returns device ms.
-    double trace(std::uint32_t mode);
+    double trace(std::uint32_t mode) {
+        PeerArguments arguments = {};
+        arguments.params = params_;
+        // The size of the kernels' tiles, not of those of the benchmark.
+        constexpr std::uint32_t kSide = mray::kTileSize;
+        arguments.tile_columns = (params_.width + kSide - 1) / kSide;
+        arguments.ray_count = ray_count_;
+        std::uint32_t groups = arguments.tile_columns * ((params_.height + kSide - 1) / kSide);
+        if (mode == kPeerRays) groups = (ray_count_ + kGroupSize - 1) / kGroupSize;
+        return context_.submit("trace the peer's rays", [&](VkCommandBuffer commands) {
+            pipelines_[mode].dispatch(commands, arguments, groups);
+        });
+    }
 
     /// The hits of kPeerCamera or kPeerRays, with the prim_ids of the scene.
-    std::vector<Hit> hits(std::size_t count);
+    std::vector<Hit> hits(std::size_t count) {
+        std::vector<Hit> hits(count);
+        transfer_.download(hits_, std::as_writable_bytes(std::span(hits)));
+        for (Hit& hit : hits)
+            if (hit.prim_id != kNoPrim) hit.prim_id = tree_.triangles[hit.prim_id].prim_id;
+        return hits;
+    }
 
 private:
+    gpu::Buffer make_buffer(const char* name, std::uint64_t size) {
+        return gpu::Buffer(shared_->device, name, size, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                           gpu::Memory::kDevice);
+    }
+    gpu::Buffer make_buffer(const char* name, std::span<const std::byte> bytes) {
+        gpu::Buffer buffer = make_buffer(name, bytes.size());
+        transfer_.upload(bytes, buffer);
+        return buffer;
+    }
+
     std::shared_ptr<gpu::SharedDevice> shared_;
     const PeerTree& tree_;
     ImageParams params_;
@@ -87,63 +140,6 @@ private:
     gpu::Buffer nodes_, triangles_, rays_, hits_, occluded_;
     std::vector<gpu::BoundPipeline> pipelines_;
 };
-
-PeerTracer::PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
-                       const ImageParams& params, std::span<const Ray> rays)
-    : shared_(std::move(device)),
-      tree_(tree),
-      params_(params),
-      ray_count_(static_cast<std::uint32_t>(rays.size())),
-      context_(shared_->device, kTimeLimitMs),
-      transfer_(context_) {
-    const auto make = [&](const char* name, std::uint64_t size) {
-        return gpu::Buffer(shared_->device, name, size, kStorage, gpu::Memory::kDevice);
-    };
-    const std::vector<vec4> nodes = kernel_nodes(tree);
-    const std::vector<vec4> triangles = kernel_triangles(tree);
-    nodes_ = make("peer's nodes", sizeof(vec4) * nodes.size());
-    triangles_ = make("peer's triangles", sizeof(vec4) * triangles.size());
-    rays_ = make("peer's rays", rays.size_bytes());
-    hits_ =
-        make("peer's hits", sizeof(Hit) * std::max<std::uint64_t>(pixels_of(params), rays.size()));
-    occluded_ = make("peer's occlusion", 4 * pixels_of(params));
-    transfer_.upload(std::as_bytes(std::span(nodes)), nodes_);
-    transfer_.upload(std::as_bytes(std::span(triangles)), triangles_);
-    transfer_.upload(std::as_bytes(rays), rays_);
-    gpu::Bindings bindings;
-    bindings.buffers[kBindNodes] = nodes_.get();
-    bindings.buffers[kBindLeaves] = triangles_.get();
-    bindings.buffers[kBindRays] = rays_.get();
-    bindings.buffers[kBindHits] = hits_.get();
-    bindings.buffers[kBindOcclusion] = occluded_.get();
-    for (const std::uint32_t mode : {kPeerCamera, kPeerShadow, kPeerRays}) {
-        gpu::BoundPipeline& bound = pipelines_.emplace_back(
-            shared_->device, shared_->pipelines.get(shared_->device, k_peer_spirv, {mode}));
-        bound.bind(bindings);
-    }
-}
-
-double PeerTracer::trace(std::uint32_t mode) {
-    PeerArguments arguments = {};
-    arguments.params = params_;
-    // That of kernels, not of the benchmark's works.
-    constexpr std::uint32_t kSide = mray::kTileSize;
-    arguments.tile_columns = (params_.width + kSide - 1) / kSide;
-    arguments.ray_count = ray_count_;
-    std::uint32_t groups = arguments.tile_columns * ((params_.height + kSide - 1) / kSide);
-    if (mode == kPeerRays) groups = (ray_count_ + kGroupSize - 1) / kGroupSize;
-    return context_.submit("trace the peer's rays", [&](VkCommandBuffer commands) {
-        pipelines_[mode].dispatch(commands, arguments, groups);
-    });
-}
-
-std::vector<Hit> PeerTracer::hits(std::size_t count) {
-    std::vector<Hit> hits(count);
-    transfer_.download(hits_, std::as_writable_bytes(std::span(hits)));
-    for (Hit& hit : hits)
-        if (hit.prim_id != kNoPrim) hit.prim_id = tree_.triangles[hit.prim_id].prim_id;
-    return hits;
-}
 
 class VulkanBench {
 public:
