@@ -7,10 +7,10 @@
 #include <exception>
 #include <new>
 
-#include "app/backends/backends.h"
+#include "app/animation/devices.h"
+#include "app/base/messages.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
-#include "app/terminal/failure.h"
 #include "common/base/errors.h"
 
 namespace mray::app {

@@ -9,9 +9,9 @@
 
 #include <glm/geometric.hpp>
 
+#include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/backends/backends.h"
-#include "app/files/image_files.h"
+#include "app/base/image_files.h"
 #include "common/image/depth.h"
 #include "common/scene/camera_setup.h"
 #include "common/text/text.h"

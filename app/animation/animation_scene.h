@@ -10,9 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "app/base/messages.h"
 #include "app/base/options.h"
-#include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
 #include "common/frame_times.h"
 #include "common/scene/camera_setup.h"
 #include "morphray/images.hpp"

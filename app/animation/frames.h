@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "app/base/messages.h"
 #include "app/base/options.h"
-#include "app/terminal/messages.h"
 #include "scenes/animation.h"
 
 namespace mray::app {

@@ -5,8 +5,6 @@
 #include <filesystem>
 #include <system_error>
 
-#include "app/base/choices.h"
-
 namespace mray::app {
 namespace {
 

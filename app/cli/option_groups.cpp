@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "app/terminal/messages.h"
+#include "app/base/messages.h"
 #include "common/simd/simd_target.h"
 #include "common/text/text.h"
 

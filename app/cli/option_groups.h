@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 
-#include "app/base/choices.h"
 #include "app/base/options.h"
 #include "app/cli/command_line.h"
 #include "common/base/errors.h"
@@ -21,61 +20,8 @@ namespace mray::app {
     throw Error(ErrorKind::kBadArgument, message);
 }
 
-/// The heading of the options that --help has.
-inline constexpr const char* kEveryday = "Options";
-
 /// The heading, in --help-all, of the options that are added from here on.
 inline void heading(CLI::App& command, const char* text) { command.option_defaults()->group(text); }
-
-class CommandAdder {
-public:
-    CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
-
-    /// Adds a command by `define(command, options)`, which returns what completes the options after
-    /// the parse. `everyday` names the options of --help; without any, --help has all.
-    template <class Options, class Define>
-    void add(const char* name, const char* help, std::string_view everyday, const char* examples,
-             Define define) {
-        CLI::App& command = *app_.add_subcommand(name, help)->group("Commands");
-        command.footer(std::string("Examples:\n") + examples);
-        if (!everyday.empty()) command.set_help_all_flag("--help-all", "print all options");
-        const auto options = std::make_shared<Options>();
-        const auto complete = define(command, *options);
-        if (everyday.empty())
-            for (CLI::Option* const option : command.get_options()) option->group(kEveryday);
-        else
-            for (const std::string_view one : split(everyday, ' '))
-                command.get_option(std::string(one))->group(kEveryday);
-        command.callback([&parsed = parsed_, options, complete] {
-            complete();
-            parsed.options = *options;
-        });
-    }
-
-    void add_quiet(CLI::App& command) const {
-        command.add_flag("-q,--quiet", parsed_.quiet, "neither table nor progress");
-    }
-    void add_verbose(CLI::App& command) const {
-        command.add_flag("-v,--verbose", parsed_.verbose, "say what is used and decided");
-    }
-
-private:
-    CLI::App& app_;
-    ParsedCommandLine& parsed_;
-};
-
-/// Completes the options of a command that has nothing to complete.
-inline constexpr auto kNothing = [] {};
-
-/// Adds all commands. The given one sets `parsed.options`. `app` and `parsed` must outlive it.
-void add_commands(CLI::App& app, ParsedCommandLine& parsed, std::span<const std::string> arguments);
-
-// The commands that trace images (app/cli/image_commands.cpp).
-void add_render(CommandAdder& adder);
-void add_view(CommandAdder& adder);
-void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments);
-void add_probe(CommandAdder& adder);
-void add_profile(CommandAdder& adder);
 
 // All targets must outlive the parse.
 

@@ -3,9 +3,8 @@
 
 #include <string>
 
+#include "app/base/messages.h"
 #include "app/base/options.h"
-#include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
 #include "common/interop/ray.h"
 
 namespace mray::app {

@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <optional>
 
+#include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/backends/backends.h"
+#include "app/base/messages.h"
 #include "app/commands/commands.h"
-#include "app/commands/crosscheck/cross_checker.h"
-#include "app/report/crosscheck/check_report.h"
-#include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
+#include "app/commands/cross_checker.h"
+#include "app/report/check_report.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "app/backends/backends.h"
+#include "app/animation/devices.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/text/text.h"

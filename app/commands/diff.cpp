@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "app/base/messages.h"
 #include "app/commands/commands.h"
-#include "app/terminal/failure.h"
 #include "common/report/compare.h"
 #include "common/text/text.h"
 #include "morphray/images.hpp"

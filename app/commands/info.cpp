@@ -5,9 +5,9 @@
 #include <filesystem>
 
 #include "app/animation/animation_scene.h"
+#include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/backends/backends.h"
-#include "app/base/choices.h"
+#include "app/base/options.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/frame_times.h"

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "app/animation/animation_scene.h"
+#include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/backends/backends.h"
+#include "app/base/messages.h"
 #include "app/commands/commands.h"
-#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
 #include "common/bvh/bvh.h"

@@ -6,10 +6,9 @@
 #include <iterator>
 
 #include "app/animation/animation_scene.h"
+#include "app/base/messages.h"
+#include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
-#include "app/files/ray_reader.h"
-#include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
 #include "common/scene/mesh.h"
 #include "common/text/text.h"
 

@@ -8,10 +8,9 @@
 #include <string>
 
 #include "app/animation/animation_scene.h"
+#include "app/base/messages.h"
+#include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
-#include "app/files/ray_reader.h"
-#include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
 #include "common/scene/camera_setup.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"

@@ -1,6 +1,6 @@
 // morphray view, if it is built in.
 #include "app/commands/commands.h"
-#include "app/view/state.h"
+#include "app/view/viewer.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "app/backends/backends.h"
-#include "app/terminal/failure.h"
+#include "app/animation/devices.h"
+#include "app/base/messages.h"
 #include "common/text/text.h"
 
 namespace mray::app {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <glm/vec4.hpp>
+#include "app/base/messages.h"
 #include "app/base/options.h"
-#include "app/terminal/messages.h"
 
 #include "common/scene/camera_setup.h"
 #include "morphray/scene.hpp"
@@ -108,8 +108,5 @@ ImageRequest request_of(const ViewState& state, int step);
 
 /// Both ends of each edge, in clip space of the camera of a view that gives eye and target.
 std::vector<glm::vec4> box_lines(const morphray::View& view, std::span<const morphray::Box> boxes);
-
-/// Opens a window until it is closed or its screenshot is written. Throws Error.
-void show_scene(const ViewOptions& options, const Messages& messages);
 
 }  // namespace mray::app

@@ -139,7 +139,7 @@ void draw_charts(const Options& options) {
 
 constexpr int kInternal = 70;
 
-/// The exit codes of `morphray` (app/terminal/failure.h), which are in the order of the kinds.
+/// The exit codes of `morphray` (app/base/messages.h), which are in the order of the kinds.
 int exit_code_of(ErrorKind kind) {
     return kind <= ErrorKind::kDeviceLost ? 2 + static_cast<int>(kind) : kInternal;
 }

@@ -32,10 +32,10 @@ TEST(FrameRange, ReadsListsOfThem) {
 
 TEST(FrameRange, RefusesListsThatDoNotIncrease) {
     for (const char* text : {"7,0", "0,0", "0..8:4,8", "0..8,3..12", "1,2,1", "0..0.3:0.1,0.3"}) {
-        EXPECT_EQ(kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;
+        EXPECT_EQ(test::kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;
     }
     EXPECT_EQ(
-        message_of([] { parse_frame_range("0..8:4,20,7"); }),
+        test::message_of([] { parse_frame_range("0..8:4,20,7"); }),
         "frames '0..8:4,20,7': 7 does not come after 20; they must increase; write A, A..B or "
         "A..B:STEP, such as 0..20:0.5, or several of them with commas, such as 0,7,20");
 }
@@ -64,15 +64,16 @@ TEST(FrameRange, RefusesEverythingElse) {
           "a..b",     "0-5",    "0;5",      "0,",         ",5",        "0,,5",
           "0, 5",     "0,all",  "0..5,5",   " 1",         "1 ",        "0...",
           "0....5",   "1:2",    "0x1",      "0..1000000", "0..1:1e-7", "0..1:1e-320"}) {
-        EXPECT_EQ(kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;
+        EXPECT_EQ(test::kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;
     }
 }
 
 TEST(FrameRange, AcceptsAMillionFrames) {
     EXPECT_EQ(parse_frame_range("1..1000000").size(), kMaxFrames);
     EXPECT_EQ(parse_frame_range("0,2..1000000").size(), kMaxFrames);
-    EXPECT_EQ(kind_of([] { parse_frame_range("0..999999,2000000"); }), ErrorKind::kBadArgument);
-    EXPECT_EQ(kind_of([] { parse_frame_range("-1,0..999999"); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(test::kind_of([] { parse_frame_range("0..999999,2000000"); }),
+              ErrorKind::kBadArgument);
+    EXPECT_EQ(test::kind_of([] { parse_frame_range("-1,0..999999"); }), ErrorKind::kBadArgument);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "app/terminal/failure.h"
+#include "app/base/messages.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -10,10 +10,10 @@
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/frames.h"
+#include "app/base/messages.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
-#include "app/commands/crosscheck/cross_checker.h"
-#include "app/terminal/failure.h"
+#include "app/commands/cross_checker.h"
 #include "common/base/errors.h"
 #include "common/scene/camera_setup.h"
 #include "scenes/animation.h"
@@ -151,15 +151,16 @@ TEST(WorldView, FramesTheFirstFrameOfFilesFromTheirOrigin) {
     folder.write("a_1.obj", "v 1000005 0 0\nv 1000006 0 0\nv 1000005 9 0\nf 1 2 3\n");
     const std::unique_ptr<Animation> animation = open_scene(folder.path());
     const glm::dvec3 origin = animation->origin().at;
-    const vec3 first[] = {vec3(dvec3(1e6, 0, 0) - origin), vec3(dvec3(1000001, 0, 0) - origin),
-                          vec3(dvec3(1e6, 1, 0) - origin)};
+    const vec3 first[] = {vec3(glm::dvec3(1e6, 0, 0) - origin),
+                          vec3(glm::dvec3(1000001, 0, 0) - origin),
+                          vec3(glm::dvec3(1e6, 1, 0) - origin)};
     const ViewSpec framed = frame_object({}, first);
     const morphray::View view = world_view({}, *animation);
     EXPECT_EQ(view.eye, framed.eye);
     EXPECT_EQ(view.target, framed.target);
     EXPECT_EQ(view.light, framed.light);
     const morphray::View given = world_view({.target = morphray::Point{1e6 + 1, 2, 3}}, *animation);
-    EXPECT_EQ(given.target, to_point(dvec3(1e6 + 1, 2, 3) - origin));
+    EXPECT_EQ(given.target, to_point(glm::dvec3(1e6 + 1, 2, 3) - origin));
 }
 
 TEST(FrameLabel, SortsLikeItsNumber) {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "app/terminal/failure.h"
+#include "app/base/messages.h"
 #include "common/base/errors.h"
 #include "common/frame_times.h"
 #include "cpu/cpu_backend.h"

@@ -35,15 +35,12 @@ set(tests_of_library library/python)
 set(tests_of_shaders shaders)
 
 # The folders of the program, and of what it includes of itself. Files of app/ itself may include all.
-set(app_rooms base terminal files cli backends animation report view commands)
+set(app_rooms base cli animation report view commands)
 set(app_base_sees)
-set(app_terminal_sees base)
-set(app_files_sees base terminal)
-set(app_cli_sees base terminal files)
-set(app_backends_sees base terminal)
-set(app_animation_sees base terminal files backends)
-set(app_report_sees base files)
-set(app_view_sees base terminal files backends animation)
+set(app_cli_sees base)
+set(app_animation_sees base)
+set(app_report_sees base)
+set(app_view_sees base animation)
 set(app_commands_sees ${app_rooms})
 # Trees and tracers are for these folders of the program, which reach them by one header of the library.
 # Other ones may include these headers, which hold plain data.
@@ -61,9 +58,9 @@ set(places
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|library/examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^(GLFW/|imgui|backends/)"  "^(tests/)?app/view/"
-    "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
-    "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
-    "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_writer\\.cpp$)"
+    "^png\\.h$"                 "^(tests/|app/base/image_files\\.cpp$)"
+    "^(turbojpeg|j(peglib|error))\\.h$" "^(tests/|app/base/image_files\\.cpp$)"
+    "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/base/image_files\\.cpp$)"
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/methods/embree\\.h$|library/embree/|tests/library/embree/)"
     "^CGAL/"                    "^lab/bench/cgal_tree\\.cpp$"

@@ -26,7 +26,7 @@ endfunction()
 # The tables of rooms, of tests' rooms, of the program's folders, and of its engine.
 check(cpu/x.cpp "<gpu/y.h>")
 check(tests/common/x.cpp "\"app/y.h\"")
-check(app/base/x.h "\"app/terminal/y.h\"")
+check(app/base/x.h "\"app/cli/y.h\"")
 check(app/view/x.cpp "\"common/update/tree_updater.h\"")
 check(app/commands/x.cpp "\"library/src/scene_impl.h\"")
 # A cycle of folders, and the order of folders.

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/report/crosscheck/check_report.h"
+#include "app/report/check_report.h"
 #include "common/report/shell.h"
 #include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"

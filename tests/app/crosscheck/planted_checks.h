@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "app/report/crosscheck/check_report.h"
+#include "app/report/check_report.h"
 
 namespace mray::test {
 

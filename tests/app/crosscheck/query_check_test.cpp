@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "app/commands/crosscheck/cross_checker.h"
+#include "app/commands/cross_checker.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
 #include "tests/app/crosscheck/planted_checks.h"

@@ -1,5 +1,5 @@
 // Textures from PNG and JPEG files, good and bad.
-#include "app/files/image_files.h"
+#include "app/base/image_files.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -23,7 +23,7 @@ protected:
         return read_texture({.path = folder_.write(name, bytes)});
     }
     std::string refusal(const std::string& bytes) const {
-        return message_of([&] { read(bytes); });
+        return test::message_of([&] { read(bytes); });
     }
 
     TemporaryFolder folder_;
@@ -102,7 +102,7 @@ TEST_F(TextureFiles, CutFilesAreRefusedWhereverTheyEnd) {
           jpeg_file(17, 9), jpeg_file(17, 9, {.progressive = true})}) {
         EXPECT_NO_THROW(read(whole));
         for (std::size_t size = 0; size < whole.size(); ++size) {
-            ASSERT_EQ(kind_of([&] { read(whole.substr(0, size)); }), ErrorKind::kBadInput)
+            ASSERT_EQ(test::kind_of([&] { read(whole.substr(0, size)); }), ErrorKind::kBadInput)
                 << size << " of " << whole.size();
         }
     }
@@ -115,7 +115,7 @@ TEST_F(TextureFiles, DamagedBytesAreReadOrRefusedButNothingElse) {
             for (const int flip : {0x01, 0x80, 0xFF}) {
                 std::string bytes = whole;
                 bytes[at] = static_cast<char>(bytes[at] ^ flip);
-                const auto kind = kind_of([&] { read(bytes); });
+                const auto kind = test::kind_of([&] { read(bytes); });
                 EXPECT_TRUE(!kind || kind == ErrorKind::kBadInput || kind == ErrorKind::kLimit);
             }
         }
@@ -133,7 +133,7 @@ TEST_F(TextureFiles, PngWithADamagedByteAnywhereIsRefusedTextsIncluded) {
         for (const int flip : {0x01, 0x20, 0x80}) {
             std::string damaged = whole;
             damaged[at] = static_cast<char>(damaged[at] ^ flip);
-            EXPECT_EQ(kind_of([&] { read(damaged); }), ErrorKind::kBadInput)
+            EXPECT_EQ(test::kind_of([&] { read(damaged); }), ErrorKind::kBadInput)
                 << at << " of " << whole.size();
         }
     }
@@ -168,7 +168,7 @@ std::string jpeg_of_size(const std::string& size) {
 TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
     for (const std::string& bytes :
          {png_of_size({"\0\0\xEA\x60\0\0\xEA\x60", 8}), jpeg_of_size("\xEA\x60\xEA\x60")}) {
-        EXPECT_EQ(kind_of([&] { read(bytes); }), ErrorKind::kLimit);
+        EXPECT_EQ(test::kind_of([&] { read(bytes); }), ErrorKind::kLimit);
         EXPECT_NE(refusal(bytes).find("has 60000x60000 pixels; at most 16384 a side"),
                   std::string::npos)
             << refusal(bytes);
@@ -179,7 +179,7 @@ TEST_F(TextureFiles, ImagesOfMorePixelsThanTheirBytesCanHoldAreRefusedByTheirHea
     // 16384x16384, within all limits.
     for (const std::string& bytes :
          {png_of_size({"\0\0\x40\0\0\0\x40\0", 8}), jpeg_of_size({"\x40\0\x40\0", 4})}) {
-        EXPECT_EQ(kind_of([&] { read(bytes); }), ErrorKind::kBadInput);
+        EXPECT_EQ(test::kind_of([&] { read(bytes); }), ErrorKind::kBadInput);
         EXPECT_NE(refusal(bytes).find("it ends too early"), std::string::npos) << refusal(bytes);
     }
     // Few bytes that are enough.
@@ -193,13 +193,13 @@ TEST_F(TextureFiles, ChunkOfMoreBytesThanTheFileIsRefused) {
     std::string png = png_file(4, 4, PNG_COLOR_TYPE_RGB, 8);
     // A text between the head and the pixels, of 1.5 GB.
     png.insert(33, std::string("\x5B\0\0\x0FzTXta\0\0x", 12));
-    EXPECT_EQ(kind_of([&] { read(png); }), ErrorKind::kBadInput);
+    EXPECT_EQ(test::kind_of([&] { read(png); }), ErrorKind::kBadInput);
     EXPECT_NE(refusal(png).find("it ends too early"), std::string::npos) << refusal(png);
 }
 
 TEST_F(TextureFiles, FoldersAndMissingFilesAreRefused) {
-    EXPECT_EQ(kind_of([&] { read_texture({.path = folder_.path()}); }), ErrorKind::kBadInput);
-    EXPECT_EQ(kind_of([&] { read_texture({.path = folder_.path() / "none.png"}); }),
+    EXPECT_EQ(test::kind_of([&] { read_texture({.path = folder_.path()}); }), ErrorKind::kBadInput);
+    EXPECT_EQ(test::kind_of([&] { read_texture({.path = folder_.path() / "none.png"}); }),
               ErrorKind::kBadInput);
 }
 

@@ -1,5 +1,5 @@
 // The mouse on the image: what a frame of the window makes of it.
-#include "app/view/controls.h"
+#include "app/view/viewer.h"
 
 #include <gtest/gtest.h>
 #include <imgui.h>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "app/files/image_files.h"
+#include "app/base/image_files.h"
 #include "scenes/obj/obj_reader.h"
 #include "tests/fuzz/readers/targets.h"
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/terminal/messages.h"
+#include "app/base/messages.h"
 #include "common/image/png.h"
 #include "common/scene/textures.h"
 #include "morphray/images.hpp"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "app/base/messages.h"
 #include "app/base/options.h"
-#include "app/terminal/messages.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "morphray/device.hpp"
 

@@ -1,4 +1,4 @@
-// Mouse, keys and the panel: how the user changes the state.
+// Input, the panel and the loop of the viewer.
 #pragma once
 
 #include <array>
@@ -29,5 +29,8 @@ struct PanelFacts {
 };
 
 void draw_panel(float left, float width, float height, ViewState& state, const PanelFacts& facts);
+
+/// Opens a window until it is closed or its screenshot is written. Throws Error.
+void show_scene(const ViewOptions& options, const Messages& messages);
 
 }  // namespace mray::app

@@ -1,4 +1,4 @@
-#include "app/backends/backends.h"
+#include "app/animation/devices.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include <optional>
 #include <thread>
 
-#include "app/terminal/failure.h"
+#include "app/base/messages.h"
 #include "common/base/errors.h"
 
 namespace mray::app {

@@ -1,4 +1,4 @@
-#include "app/files/ray_reader.h"
+#include "app/base/ray_reader.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

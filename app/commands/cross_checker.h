@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "app/animation/animation_scene.h"
+#include "app/base/messages.h"
 #include "app/base/options.h"
-#include "app/report/crosscheck/check_report.h"
-#include "app/terminal/messages.h"
+#include "app/report/check_report.h"
 #include "common/backend.h"
 #include "library/src/engine.h"
 

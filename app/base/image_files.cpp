@@ -1,0 +1,353 @@
+#include "app/base/image_files.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <fmt/format.h>
+#include <png.h>
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <cassert>
+#include <csetjmp>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <list>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/text/text.h"
+#include "morphray/mesh.hpp"
+
+namespace mray::app {
+namespace {
+
+// Deflate expands a byte to at most 1032.
+constexpr std::uint64_t kMostCompression = 1032;
+
+/// libpng leaves a failing call by longjmp, past destructors: what calls it has plain data alone.
+class PngReader {
+public:
+    explicit PngReader(const std::string& bytes) : rest_(bytes.data()), left_(bytes.size()) {
+        png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
+        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+        if (info_ == nullptr) {
+            png_destroy_read_struct(&png_, &info_, nullptr);
+            throw std::bad_alloc();
+        }
+    }
+    ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+    PngReader(const PngReader&) = delete;
+    PngReader& operator=(const PngReader&) = delete;
+
+    /// Returns whether the head could be read; otherwise error() says why not.
+    bool read_head() {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_read_fn(png_, this, on_read);
+        // Larger images are refused by their size, which the head says.
+        png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
+        // By default a text with a wrong checksum would be left out without an error.
+        png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
+        png_read_info(png_, info_);
+        return true;
+    }
+
+    std::uint32_t width() const { return png_get_image_width(png_, info_); }
+    std::uint32_t height() const { return png_get_image_height(png_, info_); }
+    /// The bytes of all rows, without compression.
+    std::uint64_t stored_bytes() const {
+        return std::uint64_t{png_get_rowbytes(png_, info_)} * height();
+    }
+
+    /// Reads 4 bytes a pixel into `pixels`, with a pointer to each row in `rows`.
+    bool read_pixels(png_bytepp rows) {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_expand(png_);
+        png_set_scale_16(png_);
+        png_set_gray_to_rgb(png_);
+        png_set_add_alpha(png_, 0xFF, PNG_FILLER_AFTER);
+        png_set_interlace_handling(png_);
+        png_read_update_info(png_, info_);
+        png_read_image(png_, rows);
+        png_read_end(png_, nullptr);
+        return true;
+    }
+
+    const char* error() const { return error_; }
+
+private:
+    [[noreturn]] static void on_error(png_structp png, png_const_charp message) {
+        auto* const self = static_cast<PngReader*>(png_get_error_ptr(png));
+        std::strncpy(self->error_, message, sizeof(self->error_) - 1);
+        png_longjmp(png, 1);
+    }
+    static void on_warning(png_structp, png_const_charp) {}
+    static void on_read(png_structp png, png_bytep out, std::size_t count) {
+        auto* const self = static_cast<PngReader*>(png_get_io_ptr(png));
+        if (count > self->left_) png_error(png, "it ends too early");
+        std::memcpy(out, self->rest_, count);
+        self->rest_ += count;
+        self->left_ -= count;
+    }
+
+    png_structp png_ = nullptr;
+    png_infop info_ = nullptr;
+    const char* rest_;
+    std::size_t left_;
+    char error_[128] = {};
+};
+
+/// Returns true if a chunk claims more bytes than the file has, which libpng would allocate.
+bool is_cut(std::string_view bytes) {
+    constexpr std::size_t kSignature = 8;
+    constexpr std::size_t kFrame = 12;  // length, type, checksum
+    for (std::size_t at = kSignature; at < bytes.size();) {
+        const std::string_view rest = bytes.substr(at);
+        if (rest.size() < kFrame) return true;
+        std::uint32_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            length = length << 8 | static_cast<unsigned char>(rest[i]);
+        if (length > rest.size() - kFrame) return true;
+        if (rest.substr(4, 4) == "IEND") return false;
+        at += kFrame + length;
+    }
+    return true;
+}
+
+}  // namespace
+
+bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
+
+Image decode_png(const std::string& bytes, const std::filesystem::path& path,
+                 const ImageLimits& limits) {
+    if (is_png(bytes) && is_cut(bytes)) refuse_image(path, "PNG", "it ends too early");
+    PngReader reader(bytes);
+    if (!reader.read_head()) refuse_image(path, "PNG", reader.error());
+    Image image{reader.width(), reader.height(), {}};
+    // libpng takes a few rows.
+    limits.require(path, image.width, image.height);
+    if (reader.stored_bytes() / kMostCompression > bytes.size())
+        refuse_image(path, "PNG", "it ends too early");
+    image.pixels.resize(std::size_t{image.width} * image.height);
+    std::vector<png_bytep> rows;
+    for (std::uint32_t y = 0; y < image.height; ++y)
+        rows.push_back(
+            reinterpret_cast<png_bytep>(image.pixels.data() + std::size_t{y} * image.width));
+    if (!reader.read_pixels(rows.data())) refuse_image(path, "PNG", reader.error());
+    return image;
+}
+
+namespace {
+
+// The most pixels a byte: a Huffman code of one bit, for 8x8 values of one for 4x4 pixels each.
+constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
+// Other methods differ between versions. Damage would give grey pixels, and any number of scans.
+constexpr int kFlags =
+    TJFLAG_ACCURATEDCT | TJFLAG_FASTUPSAMPLE | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
+
+}  // namespace
+
+bool is_jpeg(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
+
+Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
+                  const ImageLimits& limits) {
+    const std::unique_ptr<void, int (*)(tjhandle)> reader(tjInitDecompress(), tjDestroy);
+    if (reader == nullptr) throw std::bad_alloc();
+    const auto* const data = reinterpret_cast<const unsigned char*>(bytes.data());
+    int width = 0;
+    int height = 0;
+    int subsampling = 0;
+    int colours = 0;
+    if (tjDecompressHeader3(reader.get(), data, bytes.size(), &width, &height, &subsampling,
+                            &colours) != 0)
+        refuse_image(path, "JPEG", tjGetErrorStr2(reader.get()));
+    if (colours == TJCS_CMYK || colours == TJCS_YCCK)
+        refuse_image(path, "JPEG", "its colours are not grey, RGB or YCbCr; save as RGB");
+    Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
+    limits.require(path, image.width, image.height);
+    const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+    if (pixels / kMostPixelsPerByte > bytes.size()) refuse_image(path, "JPEG", "it ends too early");
+    image.pixels.resize(pixels);
+    if (tjDecompress2(reader.get(), data, bytes.size(),
+                      reinterpret_cast<unsigned char*>(image.pixels.data()), width, 0, height,
+                      TJPF_RGBA, kFlags) != 0)
+        refuse_image(path, "JPEG", tjGetErrorStr2(reader.get()));
+    return image;
+}
+
+namespace {
+
+// No image within the limits is larger, but for texts that it may have.
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
+
+constexpr ImageLimits kLimits = {.side = morphray::kMaxTextureSide};
+
+/// The name of an image in messages: "scene.gltf: images[0]" for a part of a file.
+std::filesystem::path name_of(const TextureFile& file) {
+    return file.place.empty() ? file.path : file.path + ": " + file.place;
+}
+
+void require_part(const TextureFile& file, std::uint64_t bytes) {
+    if (file.size <= kMostBytes && file.offset <= bytes && file.size <= bytes - file.offset) return;
+    throw Error(ErrorKind::kBadInput, "{}: bytes {} to {} are no image", escape(name_of(file)),
+                file.offset, file.offset + file.size);
+}
+
+}  // namespace
+
+void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width,
+                          std::uint64_t height) const {
+    if (std::max(width, height) > side || width * height > pixels) {
+        throw Error(
+            ErrorKind::kLimit,
+            "{}: has {}x{} pixels; at most {} a side and {} in all can be read, make it smaller",
+            escape(path), width, height, side, pixels);
+    }
+}
+
+void refuse_image(const std::filesystem::path& path, const char* format, const std::string& what) {
+    if (what.find("memory") != std::string::npos) throw std::bad_alloc();
+    throw Error(ErrorKind::kBadInput,
+                "{}: is not a {} file that can be read ({}); give another file", escape(path),
+                format, what);
+}
+
+std::string texture_bytes(const TextureFile& file) {
+    if (file.content) {
+        require_part(file, file.content->size());
+        return file.content->substr(file.offset, file.size);
+    }
+    if (file.size == 0) return read_input_file(file.path, kMostBytes);
+    const InputFile whole(file.path);
+    require_part(file, whole.size());
+    std::string bytes(file.size, '\0');
+    whole.read(file.offset, std::as_writable_bytes(std::span(bytes)));
+    return bytes;
+}
+
+Image read_texture(const TextureFile& file) {
+    const std::filesystem::path name = name_of(file);
+    const std::string bytes = texture_bytes(file);
+    if (is_png(bytes)) return decode_png(bytes, name, kLimits);
+    if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
+    throw Error(ErrorKind::kBadInput, "{}: is neither a PNG nor a JPEG file; convert it",
+                escape(name));
+}
+
+std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
+                                 const Messages& messages) {
+    std::vector<Image> images;
+    for (const TextureFile& file : textures.files) {
+        try {
+            images.push_back(read_texture(file));
+        } catch (const Error& error) {
+            if (!lenient || error.kind() != ErrorKind::kBadInput) throw;
+            Warning warning = as_warning(error, escape(file.path));
+            warning.text += "; its faces have no texture";
+            messages.warn(warning);
+            images.push_back({1, 1, {0xFFFFFFFF}});
+        }
+    }
+    return images;
+}
+
+namespace {
+
+constexpr Imf::PixelType type_of(float) { return Imf::FLOAT; }
+constexpr Imf::PixelType type_of(unsigned) { return Imf::UINT; }
+Imf::PixelType type_of(half) { return Imf::HALF; }
+
+/// Names and planes of the channels of a file; planes stay where they are.
+class Channels {
+public:
+    Channels(Imf::Header& header, const morphray::Image& image) : header_(header), image_(image) {}
+
+    template <class T, class Value>
+    void add(const std::string& name, Value value) {
+        std::vector<std::byte>& plane = planes_.emplace_back(image_.pixels.size() * sizeof(T));
+        for (std::size_t i = 0; i < image_.pixels.size(); ++i) {
+            const T number = static_cast<T>(value(i));
+            std::memcpy(plane.data() + i * sizeof(T), &number, sizeof(T));
+        }
+        header_.channels().insert(name, Imf::Channel(type_of(T())));
+        char* const base = reinterpret_cast<char*>(plane.data());
+        buffer_.insert(name, Imf::Slice(type_of(T()), base, sizeof(T), sizeof(T) * image_.width));
+    }
+    const Imf::FrameBuffer& buffer() const { return buffer_; }
+
+private:
+    Imf::Header& header_;
+    const morphray::Image& image_;
+    Imf::FrameBuffer buffer_;
+    std::list<std::vector<std::byte>> planes_;
+};
+
+/// The hit of the sample in the middle of each pixel.
+std::vector<morphray::Hit> middle_hits(const morphray::Image& image) {
+    const std::size_t side = morphray::sample_side(image.samples);
+    std::vector<morphray::Hit> hits(image.pixels.size());
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const std::size_t x = i % image.width * side + side / 2;
+        const std::size_t y = i / image.width * side + side / 2;
+        hits[i] = image.hits[y * image.width * side + x];
+    }
+    return hits;
+}
+
+std::vector<std::byte> write(const Imf::Header& header, const Channels& channels) {
+    Imf::StdOSStream stream;
+    {
+        Imf::OutputFile file(stream, header);
+        file.setFrameBuffer(channels.buffer());
+        file.writePixels(header.dataWindow().max.y + 1);
+    }
+    const std::string file = stream.str();
+    const auto* bytes = reinterpret_cast<const std::byte*>(file.data());
+    return {bytes, bytes + file.size()};
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_exr(const morphray::Image& image, ExrColours colours,
+                                  std::span<const PngText> texts) {
+    assert(image.lit_pixels.size() == image.pixels.size());
+    Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const PngText& text : texts) {
+        std::string name = text.keyword;
+        std::replace(name.begin(), name.end(), ' ', '_');
+        header.insert(name, Imf::StringAttribute(text.text));
+    }
+
+    Channels channels(header, image);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto colour = [&](std::size_t i) { return image.lit_pixels[i].colour[k]; };
+        const std::string colour_name(1, "RGB"[k]);
+        if (colours == ExrColours::kFloat)
+            channels.add<float>(colour_name, colour);
+        else
+            channels.add<half>(colour_name, colour);
+        channels.add<half>(std::string("normal.") + "XYZ"[k],
+                           [&](std::size_t i) { return image.lit_pixels[i].normal[k]; });
+    }
+    channels.add<half>("occlusion.Y", [&](std::size_t i) { return 1 - image.lit_pixels[i].open; });
+    const std::vector<morphray::Hit> hits = middle_hits(image);
+    channels.add<float>("depth.Z", [&](std::size_t i) {
+        return hits[i] ? hits[i].t : std::numeric_limits<float>::infinity();
+    });
+    channels.add<float>("barycentric.U", [&](std::size_t i) { return hits[i].u; });
+    channels.add<float>("barycentric.V", [&](std::size_t i) { return hits[i].v; });
+    channels.add<unsigned>("id.prim", [&](std::size_t i) { return hits[i].prim_id; });
+    channels.add<unsigned>("id.geom", [&](std::size_t i) { return hits[i].geom_id; });
+    return write(header, channels);
+}
+
+}  // namespace mray::app
