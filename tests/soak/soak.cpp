@@ -8,31 +8,22 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <vector>
 
-#include "common/base/errors.h"
-#include "common/base/hash.h"
-#include "common/bvh/bvh.h"
 #include "common/frame_times.h"
-#include "common/scene/camera_setup.h"
-#include "cpu/cpu_backend.h"
+#include "morphray/morphray.hpp"
 #include "scenes/animation.h"
-#include "tests/support/backend_results.h"
-#include "tests/support/scene_frames.h"
-#ifdef MORPHRAY_HAS_VULKAN
-#include "gpu/vulkan_backend.h"
-#endif
 
 namespace mray {
 namespace {
@@ -50,39 +41,6 @@ constexpr std::uint64_t kMostResidentGrowthKib = 32 * 1024;
 // built in at most every second frame.
 constexpr double kMostCostRatio = 2;
 constexpr double kMostTreesAFrame = 0.5;
-
-/// Keeps a tree at the current frame. `frames` must outlive it.
-class FollowedAnimation {
-public:
-    /// Builds the tree at `first_frame`.
-    FollowedAnimation(SceneFrames& frames, double first_frame, const PolicySpec& policy,
-                      const UpdateConfig& config, int threads, std::unique_ptr<Backend> tracer)
-        : frames_(frames),
-          tracer_(std::move(tracer)),
-          updater_(frames.animation().topology(), frames.positions(first_frame), *tracer_, policy,
-                   {.threads = threads}, config),
-          current_(first_frame) {}
-
-    /// Does nothing if the first call is for the frame of the build.
-    void advance(double frame) {
-        if (std::exchange(is_fresh_, false) && frame == current_) return;
-        updater_.update(frames_.positions(frame));
-    }
-    void trace(const ImageParams& params, Frame& frame) {
-        tracer_->trace_image(params, frame);
-        updater_.frame_done(test::last_trace(*tracer_));
-    }
-
-    const TreeUpdate& last_update() const { return updater_.last(); }
-    const Bvh& tree() { return updater_.tree(); }
-
-private:
-    SceneFrames& frames_;
-    std::unique_ptr<Backend> tracer_;
-    TreeUpdater updater_;
-    double current_;
-    bool is_fresh_ = true;
-};
 
 std::uint64_t status_number(const char* key) {
     std::ifstream in("/proc/self/status");
@@ -110,96 +68,107 @@ struct Resources {
         std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 };
 
-std::unique_ptr<Backend> make_tracer(std::string_view backend) {
-#ifdef MORPHRAY_HAS_VULKAN
-    if (backend == "vulkan") return gpu::make_vulkan_backend();
-#endif
-    if (backend != "cpu") throw Error(ErrorKind::kBadArgument, "--backend: cpu or vulkan");
-    return cpu::make_cpu_backend({.threads = 1});
+morphray::SceneOptions options_of(const char* policy, const WorldBounds& bounds) {
+    const auto point = [](const auto& p) { return morphray::Point{p[0], p[1], p[2]}; };
+    morphray::SceneOptions options;
+    options.bounds = morphray::Box{point(bounds.lower), point(bounds.upper)};
+    options.update = morphray::parse_update_policy(policy);
+    if (auto* const automatic = std::get_if<morphray::Auto>(&options.update))
+        automatic->deterministic = true;
+    return options;
 }
 
-/// One scene under one policy.
-class Run {
+/// A scene that follows an animation under one policy.
+class FollowedScene {
 public:
-    Run(const char* scene, const char* policy, std::string_view backend)
-        : name_(fmt::format("{}, {}", scene, policy)),
+    FollowedScene(const char* name, const char* policy, const morphray::Device& device)
+        : name_(fmt::format("{}, {}", name, policy)),
           is_auto_(policy == std::string_view("auto")),
-          frames_(open_scene(scene)),
-          first_(static_cast<int>(frames_.animation().first_frame())),
-          period_(static_cast<int>(frames_.animation().last_frame()) - first_ + 1),
-          animation_(frames_, first_, parse_policy(policy), {.deterministic = true}, 1,
-                     make_tracer(backend)) {
+          animation_(open_scene(name)),
+          first_(animation_->first_frame()),
+          period_(static_cast<std::uint64_t>(animation_->last_frame() - first_) + 1),
+          indices_(3 * animation_->topology().triangles.size()),
+          positions_(animation_->topology().vertex_count),
+          points_(positions_.size()) {
+        std::memcpy(indices_.data(), animation_->topology().triangles.data(),
+                    indices_.size() * sizeof(std::uint32_t));
+        pose();
+        scene_ = morphray::Scene::build(mesh(), device, options_of(policy, animation_->bounds()));
         view_.width = view_.height = kSide;
-        view_.rays = kRaysShadow;
-        follow(1);
-        first_hash_ = image_hash();
+        view_.rays = morphray::Rays::shadow;
+        first_image_ = scene_->render(view_);
+        ++next_;
     }
+    FollowedScene(const FollowedScene&) = delete;
 
     const std::string& name() const { return name_; }
 
     /// Traces frames, the last of them a first frame. Returns the number of them.
     std::uint64_t follow_rounds(std::uint64_t frames) {
-        steps_.clear();
-        const std::uint64_t rounds = std::max<std::uint64_t>(1, frames / period_);
-        follow(rounds * period_);
-        return rounds * period_;
+        const std::uint64_t count = std::max<std::uint64_t>(1, frames / period_) * period_;
+        std::uint64_t trees = 0;
+        for (std::uint64_t i = 0; i < count; ++i) {
+            pose();
+            scene_->update();
+            scene_->render(view_, image_);
+            const morphray::Step step = scene_->last_update().step;
+            trees += step != morphray::Step::keep && step != morphray::Step::refit;
+            next_ = (next_ + 1) % period_;
+        }
+        trees_a_frame_ = static_cast<double>(trees) / static_cast<double>(count);
+        return count;
     }
 
-    /// Returns what is wrong; empty if nothing is.
-    std::string problem(std::uint64_t frames) {
-        if (image_hash() != first_hash_) return "the first frame has other bits";
+    /// Returns what is wrong after follow_rounds(); empty if nothing is.
+    std::string problem() const {
+        if (image_.pixels != first_image_.pixels || image_.hits != first_image_.hits)
+            return "the first frame has other bits";
         if (!is_auto_) return {};
-        if (trees_a_frame(frames) > kMostTreesAFrame) return "trees flap";
+        if (trees_a_frame_ > kMostTreesAFrame) return "trees flap";
         return cost_ratio() > kMostCostRatio ? "trees stay bad" : "";
     }
 
-    double trees_a_frame(std::uint64_t frames) const {
-        std::uint64_t trees = 0;
-        for (const auto& [step, count] : steps_) {
-            if (step != TreeStep::kKept && step != TreeStep::kRefitted) trees += count;
-        }
-        return static_cast<double>(trees) / static_cast<double>(frames);
-    }
+    double trees_a_frame() const { return trees_a_frame_; }
 
     /// The SAH cost of the tree over that of a new one.
-    double cost_ratio() {
-        const Bvh fresh = build_bvh(frames_.animation().topology(), frames_.positions(first_));
-        return bvh_stats(animation_.tree()).sah_cost / bvh_stats(fresh).sah_cost;
+    double cost_ratio() const {
+        const morphray::Scene fresh =
+            morphray::Scene::build(mesh(), morphray::Device::cpu({.threads = 1}));
+        return scene_->tree_statistics().sah_cost / fresh.tree_statistics().sah_cost;
     }
 
 private:
-    void follow(std::uint64_t frames) {
-        for (std::uint64_t i = 0; i < frames; ++i) {
-            animation_.advance(first_ + static_cast<int>(next_ % period_));
-            animation_.trace(frames_.image_params(view_), frame_);
-            ++steps_[animation_.last_update().step];
-            next_ = (next_ + 1) % period_;
-        }
-    }
+    morphray::MeshView mesh() const { return {morphray::packed(points_), indices_}; }
 
-    std::uint64_t image_hash() const {
-        return Hasher().add(std::span(frame_.pixels)).add(std::span(frame_.hits)).digest();
+    /// Moves the points to the next frame.
+    void pose() {
+        animation_->positions(first_ + static_cast<double>(next_), positions_);
+        std::ranges::transform(positions_, points_.begin(), [](vec3 p) {
+            return morphray::Vec3{p.x, p.y, p.z};
+        });
     }
 
     std::string name_;
     bool is_auto_;
-    SceneFrames frames_;
-    int first_;
+    std::unique_ptr<Animation> animation_;
+    double first_;
     std::uint64_t period_;
-    FollowedAnimation animation_;
-    ViewSpec view_;
-    Frame frame_;
+    std::vector<std::uint32_t> indices_;
+    std::vector<vec3> positions_;
+    std::vector<morphray::Vec3> points_;
+    std::optional<morphray::Scene> scene_;
+    morphray::View view_;
+    morphray::Image first_image_;
+    morphray::Image image_;
     std::uint64_t next_ = 0;
-    std::uint64_t first_hash_ = 0;
-    std::map<TreeStep, std::uint64_t> steps_;
+    double trees_a_frame_ = 0;
 };
 
-int soak(std::uint64_t frames, std::string_view backend) {
-    constexpr std::uint64_t kRuns = std::size(kScenes) * std::size(kPolicies);
-    std::vector<std::unique_ptr<Run>> runs;
+int soak(std::uint64_t frames, const morphray::Device& device) {
+    std::vector<std::unique_ptr<FollowedScene>> followed;
     for (const char* scene : kScenes) {
         for (const char* policy : kPolicies)
-            runs.push_back(std::make_unique<Run>(scene, policy, backend));
+            followed.push_back(std::make_unique<FollowedScene>(scene, policy, device));
     }
     int code = 0;
     std::optional<Resources> early;
@@ -208,20 +177,19 @@ int soak(std::uint64_t frames, std::string_view backend) {
     fmt::print("{:>9}  {:>7}  {:>13}  {:>7}  {:>3}  {:>7}  {:>10}  {:>10}\n", "frames", "seconds",
                "allocated KiB", "RSS KiB", "fds", "threads", "trees/100", "cost ratio");
     for (int part = 0; part < kParts; ++part) {
-        double trees = 0;
-        double ratio = 0;
-        for (const std::unique_ptr<Run>& run : runs) {
-            const std::uint64_t count = run->follow_rounds(frames / kParts / kRuns);
-            done += count;
-            if (const std::string problem = run->problem(count); !problem.empty()) {
-                fmt::print("error: {}: {}\n", run->name(), problem);
+        for (const std::unique_ptr<FollowedScene>& scene : followed) {
+            done += scene->follow_rounds(frames / kParts / followed.size());
+            if (const std::string problem = scene->problem(); !problem.empty()) {
+                fmt::print("error: {}: {}\n", scene->name(), problem);
                 code = 1;
             }
         }
-        // The runs under auto come first of each scene.
-        for (std::size_t i = 0; i < runs.size(); i += std::size(kPolicies)) {
-            trees = std::max(trees, runs[i]->trees_a_frame(frames / kParts / kRuns));
-            ratio = std::max(ratio, runs[i]->cost_ratio());
+        double trees = 0;
+        double ratio = 0;
+        // The scenes under auto come first.
+        for (std::size_t i = 0; i < followed.size(); i += std::size(kPolicies)) {
+            trees = std::max(trees, followed[i]->trees_a_frame());
+            ratio = std::max(ratio, followed[i]->cost_ratio());
         }
         const Resources now;
         fmt::print("{:>9}  {:>7.0f}  {:>13}  {:>7}  {:>3}  {:>7}  {:>10.1f}  {:>10.2f}\n", done,
@@ -253,7 +221,8 @@ int run(int argc, char** argv) {
             return 2;
         }
     }
-    return soak(frames, backend);
+    if (backend == "vulkan") return soak(frames, morphray::Device::vulkan());
+    return soak(frames, morphray::Device::cpu({.threads = 1}));
 }
 
 }  // namespace
