@@ -1,53 +1,24 @@
 #include "tests/fuzz/case.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cassert>
+#include <bit>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <limits>
+#include <sstream>
+#include <type_traits>
 #include <utility>
 
+#include "app/base/options.h"
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "scenes/sequence/streamed_animation.h"
+#include "common/text/text.h"
 
 namespace mray::fuzz {
 namespace {
-
-/// Its poses, pose k at frame k.
-class ListedAnimation final : public Animation {
-public:
-    ListedAnimation(Topology topology, std::vector<std::vector<vec3>> poses)
-        : topology_(std::move(topology)), poses_(std::move(poses)) {
-        const std::vector<IndexRange> used = used_vertices(topology_);
-        PoseExtent all;
-        for (const std::vector<vec3>& pose : poses_) all.extend(PoseExtent(pose, used));
-        bounds_ = all.bounds(all.limit());
-    }
-
-    const Topology& topology() const override { return topology_; }
-    double first_frame() const override { return 0; }
-    double last_frame() const override { return static_cast<double>(poses_.size() - 1); }
-    WorldBounds bounds() const override { return bounds_; }
-    const std::string& name() const override { return name_; }
-
-    void positions(double frame, std::span<vec3> out) const override {
-        assert(frame >= 0 && frame <= last_frame());
-        const auto before = static_cast<std::size_t>(frame);
-        const auto f = static_cast<float>(frame - std::floor(frame));
-        const std::size_t after = f == 0 ? before : before + 1;
-        for (std::size_t i = 0; i < out.size(); ++i) {
-            const vec3 a = poses_[before][i];
-            const vec3 b = poses_[after][i];
-            for (int axis = 0; axis < 3; ++axis) out[i][axis] = interpolate(a[axis], b[axis], f);
-        }
-    }
-
-private:
-    std::string name_ = "case";
-    Topology topology_;
-    std::vector<std::vector<vec3>> poses_;
-    WorldBounds bounds_;
-};
 
 void require_sound(const FuzzCase& fuzz_case) {
     const auto refuse = [](const char* what) { throw Error(ErrorKind::kBadInput, what); };
@@ -78,45 +49,198 @@ Topology topology_of(const FuzzCase& fuzz_case) {
     return topology;
 }
 
-std::vector<vec3> copy_of(std::span<const vec3> positions) {
-    return {positions.begin(), positions.end()};
+WorldBounds bounds_of(const FuzzCase& fuzz_case) {
+    const std::vector<IndexRange> used =
+        used_vertices(fuzz_case.triangles, fuzz_case.poses.front().size());
+    PoseExtent all;
+    for (const std::vector<vec3>& pose : fuzz_case.poses) all.extend(PoseExtent(pose, used));
+    return all.bounds(all.limit());
+}
+
+SceneSpace space_of(const FuzzCase& fuzz_case, const std::vector<vec3>& world) {
+    const PoseExtent pose(world, used_vertices(fuzz_case.triangles, world.size()));
+    return space_of_pose(bounds_of(fuzz_case), pose);
+}
+
+template <class Float>
+using BitsOf = std::conditional_t<sizeof(Float) == 4, std::uint32_t, std::uint64_t>;
+
+template <class Float>
+std::string number(Float x) {
+    if (std::isnan(x)) return fmt::format("bits:{:x}", std::bit_cast<BitsOf<Float>>(x));
+    return hex_text(x);
+}
+
+template <class Vector>
+std::string triple(const Vector& v) {
+    return fmt::format("{} {} {}", number(v[0]), number(v[1]), number(v[2]));
+}
+
+std::string view_text(const ViewSpec& view) {
+    std::string text = fmt::format("size {} {}\nrays {}\n", view.width, view.height,
+                                   app::name_of_rays(static_cast<morphray::Rays>(view.rays)));
+    text += fmt::format("ao {} {}\nfov {}\nup {}\n", view.ao_count, number(view.ao_distance),
+                        number(view.fov), triple(view.up));
+    if (view.eye) text += fmt::format("eye {}\n", triple(*view.eye));
+    if (view.target) text += fmt::format("target {}\n", triple(*view.target));
+    if (view.light) text += fmt::format("light {}\n", triple(*view.light));
+    return text;
+}
+
+/// The words of a line of a case.
+class Words {
+public:
+    explicit Words(std::string line) : line_(std::move(line)), words_(line_) {}
+
+    std::string word() {
+        std::string text;
+        if (words_ >> text) return text;
+        fail();
+    }
+    [[noreturn]] void fail() const {
+        throw Error(ErrorKind::kBadInput, fmt::format("not a line of a case: {}", line_));
+    }
+    template <class Float>
+    Float number() {
+        const std::string text = word();
+        char* end = nullptr;
+        Float x = 0;
+        if (text.starts_with("bits:")) {
+            const auto bits = std::strtoull(text.c_str() + 5, &end, 16);
+            x = std::bit_cast<Float>(static_cast<BitsOf<Float>>(bits));
+        } else if constexpr (sizeof(Float) == 4) {
+            x = std::strtof(text.c_str(), &end);
+        } else {
+            x = std::strtod(text.c_str(), &end);
+        }
+        if (*end != '\0') fail();
+        return x;
+    }
+    std::uint32_t count() {
+        std::uint32_t value = 0;
+        if (!(words_ >> value)) fail();
+        return value;
+    }
+    Point point() { return Point{number<double>(), number<double>(), number<double>()}; }
+    vec3 vertex() { return vec3{number<float>(), number<float>(), number<float>()}; }
+
+private:
+    std::string line_;
+    std::istringstream words_;
+};
+
+void read_line(Words& line, FuzzCase& out) {
+    ViewSpec& view = out.view;
+    const std::string key = line.word();
+    if (key == "size") {
+        view.width = line.count();
+        view.height = line.count();
+    } else if (key == "rays") {
+        const std::string name = line.word();
+        for (const std::uint32_t kind : {kRaysPrimary, kRaysShadow, kRaysAo})
+            if (name == app::name_of_rays(static_cast<morphray::Rays>(kind))) view.rays = kind;
+    } else if (key == "ao") {
+        view.ao_count = line.count();
+        view.ao_distance = line.number<double>();
+    } else if (key == "fov") {
+        view.fov = line.number<double>();
+    } else if (key == "up") {
+        view.up = line.point();
+    } else if (key == "eye") {
+        view.eye = line.point();
+    } else if (key == "target") {
+        view.target = line.point();
+    } else if (key == "light") {
+        view.light = line.point();
+    } else if (key == "frame") {
+        out.frame = line.number<double>();
+    } else if (key == "build-at") {
+        out.build_at = line.count();
+    } else if (key == "pose") {
+        out.poses.emplace_back();
+    } else if (key == "v" && !out.poses.empty()) {
+        out.poses.back().push_back(line.vertex());
+    } else if (key == "t") {
+        out.triangles.push_back(uvec3{line.count(), line.count(), line.count()});
+    } else if (key == "ray") {
+        const glm::dvec3 org = to_dvec3(line.point());
+        const glm::dvec3 dir = to_dvec3(line.point());
+        out.rays.push_back(WorldRay{org, dir, line.number<double>(), line.number<double>()});
+    } else if (key == "questions") {
+        out.asks_questions = true;
+    } else if (key == "point") {
+        out.points.push_back(line.vertex());
+    } else {
+        line.fail();
+    }
 }
 
 }  // namespace
 
-FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
+FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : space(WorldBounds{}) {
     require_sound(fuzz_case);
-    frames_ = std::make_unique<SceneFrames>(
-        std::make_unique<ListedAnimation>(topology_of(fuzz_case), fuzz_case.poses));
-    bounds_ = frames_->animation().bounds();
+    topology = topology_of(fuzz_case);
+    bounds = bounds_of(fuzz_case);
+    const auto go_to = [&](double frame) {
+        std::vector<vec3>& pose = journey.emplace_back(world_positions(fuzz_case, frame));
+        space = space_of(fuzz_case, pose);
+        space.to_scene(pose, pose);
+    };
     const auto built_at = static_cast<double>(fuzz_case.build_at);
-    built_positions_ = copy_of(frames_->positions(built_at));
-    built_ = build_bvh(topology(), built_positions_, {.threads = 1});
-    journey_.push_back(built_positions_);
-    const double step = frame_ >= built_at ? 1 : -1;
-    for (double f = built_at + step; (frame_ - f) * step > 0; f += step)
-        journey_.push_back(copy_of(frames_->positions(f)));
-    positions_ = copy_of(frames_->positions(frame_));
-    if (frame_ != built_at) journey_.push_back(positions_);
-    rebuilt_ = frame_ == built_at ? built_ : build_bvh(topology(), positions_, {.threads = 1});
+    const double end = fuzz_case.frame;
+    const double step = end >= built_at ? 1 : -1;
+    for (double frame = built_at; (end - frame) * step > 0; frame += step) go_to(frame);
+    go_to(end);
+    built = build_bvh(topology, journey.front(), {.threads = 1});
+    rebuilt = journey.size() == 1 ? built : build_bvh(topology, positions(), {.threads = 1});
 }
 
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
-    const ListedAnimation animation(topology_of(fuzz_case), fuzz_case.poses);
-    std::vector<vec3> positions(fuzz_case.poses.front().size());
-    animation.positions(frame, positions);
+    const auto before = static_cast<std::size_t>(frame);
+    const auto f = static_cast<float>(frame - std::floor(frame));
+    std::vector<vec3> positions = fuzz_case.poses[before];
+    for (std::size_t i = 0; f > 0 && i < positions.size(); ++i)
+        positions[i] += (fuzz_case.poses[before + 1][i] - positions[i]) * f;
     return positions;
 }
 
 std::vector<vec3> seen_positions(const FuzzCase& fuzz_case, double frame) {
-    const ListedAnimation animation(topology_of(fuzz_case), fuzz_case.poses);
-    std::vector<vec3> positions(fuzz_case.poses.front().size());
-    animation.positions(frame, positions);
-    const PoseExtent pose(positions, used_vertices(animation.topology()));
-    const SceneSpace space = space_of_pose(animation.bounds(), pose);
+    std::vector<vec3> positions = world_positions(fuzz_case, frame);
+    const SceneSpace space = space_of(fuzz_case, positions);
     for (vec3& p : positions)
         if (!space.keeps(p)) p = vec3(std::numeric_limits<float>::quiet_NaN());
     return positions;
+}
+
+std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
+    std::string text;
+    std::istringstream lines(remarks);
+    for (std::string line; std::getline(lines, line);) text += fmt::format("# {}\n", line);
+    if (fuzz_case.has_image()) text += view_text(fuzz_case.view);
+    text += fmt::format("build-at {}\nframe {}\n", fuzz_case.build_at, number(fuzz_case.frame));
+    for (const uvec3& t : fuzz_case.triangles) text += fmt::format("t {} {} {}\n", t.x, t.y, t.z);
+    for (const auto& pose : fuzz_case.poses) {
+        text += "pose\n";
+        for (const vec3& v : pose) text += fmt::format("v {}\n", triple(v));
+    }
+    for (const WorldRay& ray : fuzz_case.rays)
+        text += fmt::format("ray {} {} {} {}\n", triple(ray.org), triple(ray.dir),
+                            number(ray.tnear), number(ray.tfar));
+    if (fuzz_case.asks_questions) text += "questions\n";
+    for (const vec3& p : fuzz_case.points) text += fmt::format("point {}\n", triple(p));
+    return text;
+}
+
+FuzzCase read_case_file(const std::filesystem::path& path) {
+    FuzzCase out;
+    out.view.width = out.view.height = 0;
+    std::ifstream file(path);
+    if (!file) throw Error(ErrorKind::kBadInput, path.string() + " cannot be read");
+    for (std::string line; std::getline(file, line);) {
+        Words words(line);
+        if (!line.empty() && line[0] != '#') read_line(words, out);
+    }
+    return out;
 }
 
 }  // namespace mray::fuzz

@@ -5,16 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
-#include "tests/support/scene_frames.h"
 
 namespace mray::fuzz {
 
@@ -38,33 +35,22 @@ struct FuzzCase {
     bool has_image() const { return view.width > 0; }
 };
 
-/// The mesh of a case with its trees. Colours differ between triangles.
-class FuzzScene {
-public:
+/// The mesh of a case with its trees, in scene space. Colours differ between triangles.
+struct FuzzScene {
     /// Throws Error(kBadInput) for a case without poses or with indices beyond its vertices.
     explicit FuzzScene(const FuzzCase& fuzz_case);
 
-    const Topology& topology() const { return frames_->animation().topology(); }
-    const SceneSpace& space() const { return frames_->space(); }
-    const WorldBounds& bounds() const { return bounds_; }
-    /// In scene space.
-    std::span<const vec3> built_positions() const { return built_positions_; }
-    std::span<const vec3> positions() const { return positions_; }
-    const Bvh& built() const { return built_; }
-    /// Built at the frame that is traced.
-    const Bvh& rebuilt() const { return rebuilt_; }
-    /// The poses from the one that the tree is built at to the frame, in scene space.
-    const std::vector<std::vector<vec3>>& journey() const { return journey_; }
+    Topology topology;
+    WorldBounds bounds;
+    /// That of the frame that is traced.
+    SceneSpace space;
+    /// The poses from the one that the tree is built at to the frame.
+    std::vector<std::vector<vec3>> journey;
+    /// Built at both ends of the journey.
+    Bvh built;
+    Bvh rebuilt;
 
-private:
-    std::unique_ptr<SceneFrames> frames_;
-    double frame_ = 0;
-    WorldBounds bounds_;
-    std::vector<vec3> built_positions_;
-    std::vector<vec3> positions_;
-    std::vector<std::vector<vec3>> journey_;
-    Bvh built_;
-    Bvh rebuilt_;
+    const std::vector<vec3>& positions() const { return journey.back(); }
 };
 
 /// The vertices at a frame, in world space.
@@ -76,9 +62,7 @@ std::vector<vec3> seen_positions(const FuzzCase& fuzz_case, double frame);
 /// bits. Each line of `remarks` precedes it as a comment.
 std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks = {});
 
-/// Reads the text of a case. Throws Error(kBadInput), `name:line: problem`.
-FuzzCase read_case(std::string_view text, const std::string& name);
-/// Reads a file. Throws as read_case, also if the file cannot be read.
+/// Throws Error(kBadInput).
 FuzzCase read_case_file(const std::filesystem::path& path);
 
 }  // namespace mray::fuzz

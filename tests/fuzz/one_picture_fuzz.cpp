@@ -18,7 +18,7 @@
 #include "common/base/errors.h"
 #include "common/frame_times.h"
 #include "cpu/cpu_backend.h"
-#include "tests/fuzz/generate/generate.h"
+#include "tests/fuzz/generate.h"
 #include "tests/fuzz/judge/judge.h"
 
 namespace mray::fuzz {

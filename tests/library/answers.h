@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "tests/library/scenes.h"
-#include "tests/support/mixed_points.h"
 
 namespace mray::test {
 
@@ -21,7 +20,7 @@ namespace mray::test {
 inline std::vector<morphray::Vec3> points_of(const UserMesh& mesh, const TestScene& scene,
                                              std::size_t count) {
     std::vector<morphray::Vec3> points;
-    for (const vec3& p : mixed_points(scene.topology().triangles, scene.positions(), count, 3)) {
+    for (const vec3& p : mixed_points(scene, count, 3)) {
         const vec3 world = scene.space().to_world(p);
         points.push_back({world.x, world.y, world.z});
     }

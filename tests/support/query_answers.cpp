@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "tests/support/mixed_points.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::test {
@@ -28,7 +27,7 @@ Questions mixed_questions(const TestScene& scene, const Queries& reference, Cros
                           std::size_t count, std::uint64_t seed) {
     Questions q;
     q.rays = mixed_rays(scene, count, seed);
-    q.points = mixed_points(scene.topology().triangles, scene.positions(), count, seed + 1);
+    q.points = mixed_points(scene, count, seed + 1);
     q.after.resize(q.rays.size());
     std::vector<Hit> hits(q.rays.size());
     for (std::size_t step = 0; step < 3; ++step) {

@@ -61,70 +61,40 @@ Place closest_place(const dvec3& point, const Corners& corners) {
     return place_of(p, a, b, c, vb / sum, vc / sum);
 }
 
-struct Mesh {
-    Topology topology;
-    std::vector<vec3> positions;
-
-    Corners corners(std::size_t i) const {
-        const uvec3& t = topology.triangles[i];
-        return {positions[t.x], positions[t.y], positions[t.z]};
-    }
-};
-
-/// A plate of n x n cells, flat or with waves.
-Mesh plate(std::uint32_t n, double height) {
-    Mesh mesh;
-    for (std::uint32_t y = 0; y <= n; ++y) {
-        for (std::uint32_t x = 0; x <= n; ++x) {
-            const auto part = [n](std::uint32_t k) { return static_cast<double>(k) / n; };
-            const dvec3 p(part(x), part(y), height * std::sin(9.0 * x) * std::cos(7.0 * y));
-            mesh.positions.push_back(snap_point(vec3(p * double{kSceneExtent})));
-        }
-    }
-    for (std::uint32_t y = 0; y < n; ++y) {
-        for (std::uint32_t x = 0; x < n; ++x) {
-            const std::uint32_t a = y * (n + 1) + x;
-            mesh.topology.triangles.push_back({a, a + 1, a + n + 2});
-            mesh.topology.triangles.push_back({a, a + n + 2, a + n + 1});
-        }
-    }
-    mesh.topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
-    return mesh;
+/// A plate, flat or with waves.
+TestScene plate(double height) {
+    return shapes::height_map(
+        5, 5, [height](auto x, auto y) { return height * std::sin(9.0 * x) * std::cos(7.0 * y); });
 }
 
 /// Triangles of all shapes, needles among them.
-Mesh soup(std::uint32_t count, Random& random) {
-    Mesh mesh;
-    const auto some = [&](double size) {
-        return dvec3(random.real(-size, size), random.real(-size, size), random.real(-size, size));
-    };
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const dvec3 centre = some(0.6);
-        const double size = std::exp2(random.real(-5, -2));
-        const dvec3 a = some(size);
-        const dvec3 b = some(size);
-        const dvec3 c =
-            a + random.real(-0.2, 1.2) * (b - a) + std::exp2(random.real(-30, 0)) * some(size);
-        for (const dvec3& corner : {a, b, c})
-            mesh.positions.push_back(snap_point(vec3((centre + corner) * double{kSceneExtent})));
-        mesh.topology.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+TestScene mixture(Random& random) {
+    Shape shape = shapes::soup(random, 60, 0.1);
+    for (std::size_t i = 0; i < shape.positions.size(); i += 3) {
+        const dvec3 a = shape.positions[i];
+        dvec3& c = shape.positions[i + 2];
+        const dvec3 along = random.real(-0.2, 1.2) * (shape.positions[i + 1] - a);
+        c = a + along + std::exp2(random.real(-30, 0)) * (c - a);
     }
-    mesh.topology.vertex_count = 3 * count;
-    return mesh;
+    return shape;
 }
 
 TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
     Random random(65);
-    for (const Mesh& mesh : {plate(5, 0), plate(5, 0.05), soup(60, random)}) {
-        const Bvh bvh = build_bvh(mesh.topology, mesh.positions);
-        const auto count = static_cast<std::uint32_t>(mesh.topology.triangles.size());
+    for (const TestScene& scene : {plate(0), plate(0.25), mixture(random)}) {
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const auto count = static_cast<std::uint32_t>(scene.triangle_count());
+        const auto corners_of = [&](std::uint32_t i) {
+            const uvec3& t = scene.topology().triangles[i];
+            return Corners{scene.positions()[t.x], scene.positions()[t.y], scene.positions()[t.z]};
+        };
         std::vector<NumberedTriangle> all;
-        for (std::uint32_t k = count; k-- > 0;) all.push_back({k, mesh.corners(k)});
+        for (std::uint32_t k = count; k-- > 0;) all.push_back({k, corners_of(k)});
         double largest = 0;
         int in_doubles = 0;
         for (int i = 0; i < 150; ++i) {
             // From a place on the surface, in some direction, 1e-7 to 1e7 sizes away.
-            const Corners from = mesh.corners(random.below(count));
+            const Corners from = corners_of(random.below(count));
             const double u = random.real(0, 0.5);
             const dvec3 on = dvec3(from[0]) * (1 - u) + dvec3(from[random.below(3)]) * u;
             dvec3 dir(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1));
@@ -133,18 +103,18 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
             const dvec3 p(vec3(on + dir * far));
             std::vector<Place> places;
             for (std::uint32_t k = 0; k < count; ++k)
-                places.push_back(closest_place(p, mesh.corners(k)));
+                places.push_back(closest_place(p, corners_of(k)));
             const auto expected =
                 std::ranges::min_element(places, {}, &Place::distance2) - places.begin();
             const std::uint32_t found = exact_closest(bvh, p).prim_id;
             ASSERT_EQ(found, expected) << i;
             ASSERT_EQ(exact_closest(p, all).prim_id, found) << i;
             const Place& place = places[found];
-            const ExactPlace own = exact_place(p, mesh.corners(found));
+            const ExactPlace own = exact_place(p, corners_of(found));
             ASSERT_EQ(own.weights[0] == 0, place.v + place.w == 1) << i;
             ASSERT_EQ(own.weights[1] == 0, place.v == 0) << i;
             ASSERT_EQ(own.weights[2] == 0, place.w == 0) << i;
-            const Corners corners = mesh.corners(found);
+            const Corners corners = corners_of(found);
             const double distance = std::sqrt(place.distance2.get_d());
             const double rounded = distance_in_doubles(p, corners, own.weights);
             in_doubles += rounded > 0;

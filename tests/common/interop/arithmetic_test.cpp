@@ -147,16 +147,6 @@ TEST(MayHit, NeverRejectsAHit) {
     EXPECT_LT(kept, kCases);
 }
 
-TEST(IsInRange, LeavesOutTheOriginAndTakesBothEnds) {
-    EXPECT_FALSE(is_in_range(0.0f, 0.0f, 1.0f));
-    EXPECT_FALSE(is_in_range(-0.0f, 0.0f, 1.0f));
-    EXPECT_TRUE(is_in_range(std::numeric_limits<float>::denorm_min(), 0.0f, 1.0f));
-    EXPECT_TRUE(is_in_range(0.5f, 0.5f, 1.0f));
-    EXPECT_FALSE(is_in_range(std::nextafter(0.5f, 0.0f), 0.5f, 1.0f));
-    EXPECT_TRUE(is_in_range(1.0f, 0.5f, 1.0f));
-    EXPECT_FALSE(is_in_range(std::nextafter(1.0f, 2.0f), 0.5f, 1.0f));
-}
-
 // Far from the origin, where the dilation is below half an ulp, a ray from the origin meets the box
 // of one point that it passes exactly: only kSlabRounding pays for what the test rounds.
 TEST(HitsBox, MeetsABoxOfOnePointOnTheRay) {

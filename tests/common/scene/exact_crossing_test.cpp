@@ -11,41 +11,6 @@
 namespace mray::test {
 namespace {
 
-/// The winding number of closed triangles around a point.
-int winding(const std::vector<uvec3>& triangles, const std::vector<vec3>& positions, vec3 p) {
-    int sum = 0;
-    for (const uvec3& t : triangles)
-        sum += exact_crossing(p, positions[t.x], positions[t.y], positions[t.z]).sign;
-    return sum;
-}
-
-const std::vector<vec3> kTetrahedron = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}};
-const std::vector<uvec3> kFaces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-
-TEST(ExactCrossing, WindsOnceAroundWhatIsInsideATetrahedron) {
-    for (int x = -2; x <= 10; ++x) {
-        for (int y = -2; y <= 10; ++y) {
-            for (int z = -2; z <= 10; ++z) {
-                const vec3 p = vec3(x, y, z) * 0.5f;
-                const float sum = p.x + p.y + p.z;
-                const bool inside = p.x > 0 && p.y > 0 && p.z > 0 && sum < 4;
-                const bool outside = p.x < 0 || p.y < 0 || p.z < 0 || sum > 4;
-                const int n = winding(kFaces, kTetrahedron, p);
-                bool on_triangle = false;
-                for (const uvec3& t : kFaces) {
-                    on_triangle |=
-                        exact_crossing(p, kTetrahedron[t.x], kTetrahedron[t.y], kTetrahedron[t.z])
-                            .is_on_triangle;
-                }
-                EXPECT_EQ(on_triangle, !inside && !outside) << x << " " << y << " " << z;
-                // On the surface: that of p + (e, e^2, e^3).
-                const bool moved_inside = p.x >= 0 && p.y >= 0 && p.z >= 0 && sum < 4;
-                EXPECT_EQ(n, moved_inside ? 1 : 0) << x << " " << y << " " << z;
-            }
-        }
-    }
-}
-
 /// A corner as seen from a point that is moved by (e, e^2, e^3) with e = 2^-5, in units of 2^-15.
 struct MovedCorner {
     std::int64_t x, y, z;

@@ -23,16 +23,15 @@ void expect_counts(const EdgeCounts& counts, std::uint64_t open, std::uint64_t s
 }
 
 const std::vector<vec3> kCorners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-const std::vector<uvec3> kTetrahedron = {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}};
+const std::vector<uvec3> kTetrahedron = test::shapes::tetrahedron().triangles;
 
-TEST(MeshEdges, ClosedMeshHasNone) { expect_counts(counts_of(kCorners, kTetrahedron), 0, 0, 0, 0); }
-
-TEST(MeshEdges, MissingTriangleOpensItsEdges) {
-    expect_counts(counts_of(kCorners, {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}}), 3, 0, 0, 3);
-}
-
-TEST(MeshEdges, TurnedTriangleRunsTheWayOfItsNeighbours) {
-    expect_counts(counts_of(kCorners, {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 3, 2}}), 0, 0, 3, 3);
+TEST(MeshEdges, AreOpenOrTurnedWhereATriangleIsMissingOrTurned) {
+    std::vector<uvec3> triangles = kTetrahedron;
+    expect_counts(counts_of(kCorners, triangles), 0, 0, 0, 0);
+    std::swap(triangles.back().y, triangles.back().z);
+    expect_counts(counts_of(kCorners, triangles), 0, 0, 3, 3);
+    triangles.pop_back();
+    expect_counts(counts_of(kCorners, triangles), 3, 0, 0, 3);
 }
 
 TEST(MeshEdges, SharedEdgesMayBeEven) {
@@ -63,9 +62,8 @@ TEST(MeshEdges, VerticesAtOnePlaceAreOne) {
     std::vector<vec3> corners;
     std::vector<uvec3> triangles;
     for (const uvec3& t : kTetrahedron) {
-        const auto first = static_cast<std::uint32_t>(corners.size());
+        triangles.push_back(uvec3(0, 1, 2) + static_cast<std::uint32_t>(corners.size()));
         corners.insert(corners.end(), {kCorners[t.x], kCorners[t.y], kCorners[t.z]});
-        triangles.push_back({first, first + 1, first + 2});
     }
     corners[0].x = -0.0f;
     expect_counts(counts_of(corners, triangles), 0, 0, 0, 0);

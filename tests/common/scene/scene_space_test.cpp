@@ -64,11 +64,6 @@ TEST(SceneSpace, PutsEveryPointOfTheBoundsIntoTheExtentAndUsesMoreThanHalfOfIt) 
 TEST(SceneSpace, KeepsDifferencesExactlyUpToThePowerOfTwo) {
     for (const auto& points : scenes()) {
         const SceneSpace space(bounds_of(points));
-        const WorldBounds bounds = bounds_of(points);
-        double extent = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            extent = std::max({extent, std::abs(bounds.lower[axis]), std::abs(bounds.upper[axis])});
-        }
         for (std::size_t i = 1; i < points.size(); ++i) {
             for (int axis = 0; axis < 3; ++axis) {
                 const Real a = points[i][axis];

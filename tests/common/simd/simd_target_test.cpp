@@ -4,19 +4,16 @@
 
 #include <optional>
 
-#include "common/base/errors.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
-std::optional<ErrorKind> kind_of(const char* name) {
-    try {
-        find_simd_target(name);
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find(name), std::string::npos);
-        return error.kind();
-    }
-    return std::nullopt;
+void expect_error(const char* name, ErrorKind kind) {
+    const std::optional<Error> error = test::error_of([&] { find_simd_target(name); });
+    ASSERT_TRUE(error) << name;
+    EXPECT_EQ(error->kind(), kind) << name;
+    EXPECT_NE(std::string(error->what()).find(name), std::string::npos);
 }
 
 TEST(SimdTarget, BestIsTheFirstAndScalarTheLast) {
@@ -29,12 +26,12 @@ TEST(SimdTarget, BestIsTheFirstAndScalarTheLast) {
 
 TEST(SimdTarget, WhatIsElsewhereIsUnavailableAndWhatIsNothingIsUsage) {
 #if defined(__x86_64__)
-    EXPECT_EQ(kind_of("neon"), ErrorKind::kUnavailable);
+    expect_error("neon", ErrorKind::kUnavailable);
 #else
-    EXPECT_EQ(kind_of("avx2"), ErrorKind::kUnavailable);
+    expect_error("avx2", ErrorKind::kUnavailable);
 #endif
-    EXPECT_EQ(kind_of("avx1024"), ErrorKind::kBadArgument);
-    EXPECT_EQ(kind_of("AVX2"), ErrorKind::kBadArgument);
+    expect_error("avx1024", ErrorKind::kBadArgument);
+    expect_error("AVX2", ErrorKind::kBadArgument);
 }
 
 }  // namespace

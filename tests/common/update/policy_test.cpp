@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/base/errors.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
@@ -26,7 +26,6 @@ struct DegradingTree {
 struct Played {
     std::vector<UpdateStep> steps;
     double total = 0;
-    double worst_frame = 0;
     int rebuilds = 0;
     int restructurings = 0;
 };
@@ -77,20 +76,13 @@ Played play(UpdatePolicy& policy, const DegradingTree& tree, int frames) {
         cost.build_pending = pending;
         policy.frame_done(cost);
         played.steps.push_back(decision.step);
-        const double total = cost.refit + cost.restructure + cost.rebuild + cost.trace;
-        played.worst_frame = std::max(played.worst_frame, total);
-        played.total += total;
+        played.total += cost.refit + cost.restructure + cost.rebuild + cost.trace;
     }
     return played;
 }
 
 Played play(const char* policy, const DegradingTree& tree, int frames) {
     return play(*make_update_policy(parse_policy(policy)), tree, frames);
-}
-
-TEST(UpdatePolicy, RefitNeverRebuildsAndRebuildAlwaysDoes) {
-    EXPECT_EQ(play("refit", {}, 20).rebuilds, 0);
-    EXPECT_EQ(play("rebuild", {}, 20).rebuilds, 20);
 }
 
 TEST(UpdatePolicy, EveryKRebuildsEachKthFrame) {
@@ -100,18 +92,17 @@ TEST(UpdatePolicy, EveryKRebuildsEachKthFrame) {
         EXPECT_EQ(played.steps[i], expected) << i;
     }
     EXPECT_EQ(play("every:1", {}, 12).rebuilds, 12);
+    EXPECT_EQ(play("rebuild", {}, 12).rebuilds, 12);
+    EXPECT_EQ(play("refit", {}, 12).rebuilds, 0);
 }
 
 TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
     for (const char* text : {"", "refitt", "every", "every:", "every:0", "every:-1", "every:x",
                              "every:2000000", "auto:", "auto:3", "rebuild:1", ":"}) {
-        try {
-            parse_policy(text);
-            ADD_FAILURE() << text;
-        } catch (const Error& error) {
-            EXPECT_EQ(error.kind(), ErrorKind::kBadArgument) << text;
-            EXPECT_NE(std::string(error.what()).find("every:K"), std::string::npos) << text;
-        }
+        const std::optional<Error> error = test::error_of([&] { parse_policy(text); });
+        ASSERT_TRUE(error) << text;
+        EXPECT_EQ(error->kind(), ErrorKind::kBadArgument) << text;
+        EXPECT_NE(std::string(error->what()).find("every:K"), std::string::npos) << text;
     }
 }
 
@@ -127,16 +118,6 @@ TEST(AutoPolicy, IsAsGoodAsTheBestPeriodWhereRotIsEvenAndNothingElseHelps) {
         }
         EXPECT_LE(play("auto", tree, 400).total, 1.03 * best) << build;
     }
-}
-
-TEST(AutoPolicy, RestructuresInsteadWhereThatCures) {
-    DegradingTree tree;
-    tree.cure = 1;
-    tree.build = 20;
-    const Played played = play("auto", tree, 400);
-    EXPECT_EQ(played.rebuilds, 0);
-    EXPECT_GT(played.restructurings, 10);
-    EXPECT_LT(played.total, 0.95 * play("every:8", tree, 400).total);
 }
 
 TEST(AutoPolicy, LossesBeforeARestructuringDoNotCallForTheNext) {
@@ -160,17 +141,6 @@ TEST(AutoPolicy, RebuildsWhatRestructuringLeaves) {
     const Played played = play("auto", tree, 400);
     EXPECT_GT(played.restructurings, played.rebuilds);
     EXPECT_GT(played.rebuilds, 0);
-}
-
-TEST(AutoPolicy, RestructuringsThatDoNotHelpBecomeRare) {
-    DegradingTree tree;
-    EXPECT_LE(play("auto", tree, 400).restructurings, 12);
-}
-
-TEST(AutoPolicy, NeverRebuildsATreeThatDoesNotRot) {
-    DegradingTree tree;
-    tree.overhead = [](int) { return 8.0; };
-    EXPECT_EQ(play("auto", tree, 500).rebuilds, 0);
 }
 
 TEST(AutoPolicy, DoesNotBlameTheTreeForAnImageThatTakesLonger) {
@@ -212,15 +182,6 @@ TEST(AutoPolicy, DoesNotFlapAtARatioThatSwingsAroundSound) {
     EXPECT_LE(play("auto", tree, 500).rebuilds, 12);
 }
 
-TEST(AutoPolicy, RemedyThatPaysInItsOwnFrameIsAppliedAtOnceWhateverTheBudget) {
-    const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget = 1e-6});
-    policy->built(50);
-    policy->frame_done({.refit = 0.1, .trace = 100});
-    // The frame loses 60 ms.
-    EXPECT_EQ(policy->review({.overhead = 600}).step, UpdateStep::kRestructure);
-    EXPECT_EQ(policy->review({.overhead = 600, .restructured = true}).step, UpdateStep::kRebuild);
-}
-
 TEST(AutoPolicy, RestructuringIsCutToTheBudget) {
     const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget_ms = 4});
     policy->built(20);
@@ -251,16 +212,6 @@ TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortAnimations
                 }
             }
         }
-    }
-}
-
-TEST(AutoPolicy, NoInvestmentDoublesAFrame) {
-    DegradingTree tree;
-    tree.overhead = [](int age) { return 8.0 * age; };
-    for (const double build : {1.0, 7.0, 30.0}) {
-        tree.build = build;
-        const double worst_refitted = tree.sound * tree.slowdown(tree.overhead(60));
-        EXPECT_LE(play("auto", tree, 400).worst_frame, 1.9 * worst_refitted) << build;
     }
 }
 

@@ -18,19 +18,13 @@ using namespace test;
 
 const std::vector<std::string> kNoErrors;
 
-struct Body {
-    std::vector<uvec3> triangles;
-    std::vector<vec3> positions;
-};
-
-/// A sphere or a ring at a random place.
-Body random_body(Random& random) {
-    const TestScene shape =
-        random.below(3) == 0 ? torus(5 + random.below(9), 4 + random.below(5)) : icosphere(1);
-    const vec3 centre = random.point(0.9 * kSceneExtent);
-    const auto size = static_cast<float>(random.real(0.005, 0.1));
-    Body body{shape.topology().triangles, shape.positions()};
-    for (vec3& p : body.positions) p = snap_point(centre + size * p);
+/// A sphere or a ring at a random place of scene space.
+Shape random_body(Random& random) {
+    Shape body = random.one_in(3) ? shapes::torus(5 + random.below(9), 4 + random.below(5))
+                                  : shapes::icosphere(1);
+    const dvec3 centre = random.exact_point(0.9 * kSceneExtent);
+    const double size = random.real(0.005, 0.1) * kSceneExtent;
+    for (dvec3& p : body.positions) p = centre + size * p;
     return body;
 }
 
@@ -41,19 +35,18 @@ struct Joined {
     std::vector<std::uint32_t> first_vertices;
 };
 
-Joined join(const std::vector<Body>& bodies) {
-    Joined all;
-    for (const Body& body : bodies) {
-        const auto prim = static_cast<std::uint32_t>(all.topology.triangles.size());
-        const auto vertex = static_cast<std::uint32_t>(all.positions.size());
-        for (const uvec3& t : body.triangles) all.topology.triangles.push_back(t + vertex);
-        all.positions.insert(all.positions.end(), body.positions.begin(), body.positions.end());
-        all.prims.push_back({prim, static_cast<std::uint32_t>(all.topology.triangles.size())});
-        all.first_vertices.push_back(vertex);
+Joined join(const std::vector<Shape>& bodies) {
+    Joined joined;
+    Shape all;
+    for (const Shape& body : bodies) {
+        const auto prim = static_cast<std::uint32_t>(all.triangles.size());
+        joined.first_vertices.push_back(static_cast<std::uint32_t>(all.positions.size()));
+        all.append(body);
+        joined.prims.push_back({prim, static_cast<std::uint32_t>(all.triangles.size())});
     }
-    all.topology.vertex_count = static_cast<std::uint32_t>(all.positions.size());
-    all.topology.albedo.assign(all.topology.triangles.size(), kDefaultAlbedo);
-    return all;
+    joined.topology = TestScene(all).topology();
+    for (const dvec3& p : all.positions) joined.positions.push_back(snap_point(vec3(p)));
+    return joined;
 }
 
 /// The change from `before` to `after`; from[i] is the old number of body i, -1 for a new one.
@@ -74,7 +67,7 @@ TopologyChange change_of(const Joined& before, const Joined& after, const std::v
 
 TEST(ReplaceTriangles, KeepsEveryInvariantAndTheCost) {
     Random random(31);
-    std::vector<Body> bodies;
+    std::vector<Shape> bodies;
     for (int i = 0; i < 150; ++i) bodies.push_back(random_body(random));
     // Two triangles with the same vertices, of which one is in no leaf.
     bodies[7].triangles.push_back(bodies[7].triangles[3]);
@@ -117,8 +110,8 @@ TEST(ReplaceTriangles, KeepsEveryInvariantAndTheCost) {
 
 TEST(ReplaceTriangles, RefusesWhatABuildDoesAsFast) {
     Random random(32);
-    const std::vector<Body> few = {random_body(random), random_body(random)};
-    const std::vector<Body> others = {random_body(random), random_body(random), few[1]};
+    const std::vector<Shape> few = {random_body(random), random_body(random)};
+    const std::vector<Shape> others = {random_body(random), random_body(random), few[1]};
     const Joined before = join(few);
     const Joined after = join(others);
     Bvh bvh = build_bvh(before.topology, before.positions);

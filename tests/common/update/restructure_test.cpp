@@ -18,47 +18,39 @@ using namespace test;
 
 const std::vector<std::string> kSound;
 
-/// Bodies (icospheres of 80 triangles) in a grid, each a vertex range of its own.
-struct Bodies {
-    explicit Bodies(int count) {
-        const TestScene body = icosphere(1);
-        topology.vertex_count = 0;
-        for (int i = 0; i < count; ++i) {
-            for (const uvec3& t : body.topology().triangles)
-                topology.triangles.push_back(t + topology.vertex_count);
-            topology.vertex_count += body.topology().vertex_count;
-            shape = body.world_positions();
-        }
-        topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
-    }
+/// Positions of a shape in scene space.
+std::vector<vec3> snapped(const Shape& shape) {
+    std::vector<vec3> positions;
+    for (const dvec3& p : shape.positions) positions.push_back(snap_point(vec3(p)));
+    return positions;
+}
 
-    /// Each body at a random place; the seed chooses the places.
-    std::vector<vec3> pose(std::uint64_t seed) const {
-        Random random(seed);
-        std::vector<vec3> positions;
-        while (positions.size() < topology.vertex_count) {
-            const vec3 centre = random.point(0.9 * kSceneExtent);
-            for (const vec3& p : shape)
-                positions.push_back(snap_point(centre + 0.03f * kSceneExtent * p));
-        }
-        return positions;
-    }
+constexpr int kBodies = 60;
 
-    Topology topology;
-    std::vector<vec3> shape;
-};
+/// Bodies of 80 triangles at random places; the seed chooses these.
+Shape bodies(std::uint64_t seed) {
+    Random random(seed);
+    Shape all;
+    for (int i = 0; i < kBodies; ++i) {
+        Shape body = shapes::icosphere(1);
+        const dvec3 centre = random.exact_point(0.9 * kSceneExtent);
+        for (dvec3& p : body.positions) p = centre + 0.03 * kSceneExtent * p;
+        all.append(body);
+    }
+    return all;
+}
 
 TEST(Restructure, MakesATreeAsGoodAsABuildOfBodiesThatMove) {
-    const Bodies bodies(60);
-    Bvh bvh = build_bvh(bodies.topology, bodies.pose(0));
+    const Topology topology = TestScene(bodies(0)).topology();
+    Bvh bvh = build_bvh(topology, snapped(bodies(0)));
     BuiltAreas areas = built_areas(bvh);
     for (std::uint64_t step = 1; step < 12; ++step) {
-        const std::vector<vec3> positions = bodies.pose(step);
+        const std::vector<vec3> positions = snapped(bodies(step));
         cpu::refit(bvh, positions);
         const double degraded = tree_cost(bvh.nodes);
-        EXPECT_GT(restructure(bodies.topology, positions, 1, 1, bvh, areas), 0u);
-        ASSERT_EQ(check_bvh(bvh, bodies.topology, positions), kSound) << step;
-        const double fresh = tree_cost(build_bvh(bodies.topology, positions).nodes);
+        EXPECT_GT(restructure(topology, positions, 1, 1, bvh, areas), 0u);
+        ASSERT_EQ(check_bvh(bvh, topology, positions), kSound) << step;
+        const double fresh = tree_cost(build_bvh(topology, positions).nodes);
         EXPECT_GT(degraded, 1.5 * fresh);
         EXPECT_LT(tree_cost(bvh.nodes), 1.15 * fresh) << step;
     }
@@ -105,44 +97,34 @@ TEST(Restructure, InSlicesTakesTheWorstPartsFirstAndComesAsFar) {
     EXPECT_LT(last - cured, 0.2 * (degraded - cured));
 }
 
-/// Appends a triangle with a corner at this place and sides of `size`.
-void add_triangle(std::vector<vec3>& positions, const vec3& place, float size) {
-    for (const vec3& side : {vec3(0), vec3(size, 0, 0), vec3(0, size, 0)})
-        positions.push_back(snap_point(place + side));
-}
-
-Topology topology_of_soup(std::size_t vertices) {
-    Topology topology;
-    for (std::uint32_t i = 0; i < vertices; i += 3) topology.triangles.push_back({i, i + 1, i + 2});
-    topology.vertex_count = static_cast<std::uint32_t>(vertices);
-    topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
-    return topology;
+/// Adds a triangle with a corner at this place and sides of `size`.
+void add_triangle(Shape& shape, const dvec3& place, double size) {
+    shape.add_triangle(place, place + dvec3(size, 0, 0), place + dvec3(0, size, 0));
 }
 
 TEST(Restructure, ThatNeedsFewerLeavesMovesTheLastOnesIntoTheirPlaces) {
     // Pairs of triangles, far from each other, have a leaf each. Then all first ones meet, and all
     // second ones elsewhere, which takes fewer leaves.
     constexpr int kPairs = 40;
-    constexpr float kFar = 0.02f * kSceneExtent;
-    constexpr float kSize = 1e-4f * kSceneExtent;
+    constexpr double kFar = 0.02 * kSceneExtent;
+    constexpr double kSize = 1e-4 * kSceneExtent;
     // Others stay on one side, so that the free places are the last ones, or others.
-    for (const float side : {-10 * kFar, 10 * kFar}) {
-        std::vector<vec3> apart;
-        std::vector<vec3> together;
+    for (const double side : {-10 * kFar, 10 * kFar}) {
+        Shape before_shape;
+        Shape after_shape;
         for (int i = 0; i < kPairs; ++i) {
-            const auto place = static_cast<float>(i);
-            for (const float k : {0.0f, 1.0f}) {
-                add_triangle(apart, {kFar * place, kSize * k, 0}, kSize);
-                add_triangle(together, {kSize * place, 20 * kFar * k, 0}, kSize);
+            for (const int k : {0, 1}) {
+                add_triangle(before_shape, {kFar * i, kSize * k, 0}, kSize);
+                add_triangle(after_shape, {kSize * i, 20 * kFar * k, 0}, kSize);
             }
         }
         for (int i = 0; i < 3 * kPairs; ++i) {
-            const vec3 place(kFar * static_cast<float>(i % kPairs), side,
-                             kFar * static_cast<float>(i / kPairs));
-            add_triangle(apart, place, kSize);
-            add_triangle(together, place, kSize);
+            for (Shape* const shape : {&before_shape, &after_shape})
+                add_triangle(*shape, {kFar * (i % kPairs), side, kFar * (i / kPairs)}, kSize);
         }
-        const Topology topology = topology_of_soup(apart.size());
+        const Topology topology = TestScene(before_shape).topology();
+        const std::vector<vec3> apart = snapped(before_shape);
+        const std::vector<vec3> together = snapped(after_shape);
         Bvh bvh = build_bvh(topology, apart);
         BuiltAreas areas = built_areas(bvh);
         const std::size_t before = bvh.leaves.size();

@@ -15,7 +15,6 @@
 #include "common/bvh/exact_closest.h"
 #include "common/interop/arithmetic.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "tests/support/mixed_points.h"
 #include "tests/support/query_answers.h"
 #include "tests/support/test_scene.h"
 
@@ -72,8 +71,7 @@ TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
 std::vector<vec3> grouped_points(const TestScene& scene, std::size_t groups) {
     Random random(11);
     std::vector<vec3> points;
-    for (const vec3& centre :
-         mixed_points(scene.topology().triangles, scene.positions(), groups, 7)) {
+    for (const vec3& centre : mixed_points(scene, groups, 7)) {
         const double size = std::ldexp(1.0, -static_cast<int>(random.below(40)));
         for (int i = 0; i < 16; ++i) {
             vec3 p;

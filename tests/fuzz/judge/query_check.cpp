@@ -64,7 +64,7 @@ CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
                          const test::Queries& reference) {
     test::Questions questions;
     for (std::size_t i = 0; i < fuzz_case.rays.size(); ++i) {
-        const SceneRay ray = to_scene(scene.space(), fuzz_case.rays[i]);
+        const SceneRay ray = to_scene(scene.space, fuzz_case.rays[i]);
         if (!ray.valid) continue;
         questions.rays.push_back(ray.ray);
         ray_indices_.push_back(i);
@@ -72,7 +72,7 @@ CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
     for (std::size_t i = 0; i < fuzz_case.points.size(); ++i) {
         const vec3 world = fuzz_case.points[i];
         if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z)) continue;
-        const vec3 point = scene.space().to_scene(world);
+        const vec3 point = scene.space.to_scene(world);
         if (!(largest_component(point) < kOriginExtent)) continue;
         questions.points.push_back(point);
         point_indices_.push_back(i);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,12 @@ std::vector<std::uint8_t> any_hits(Backend& backend, std::span<const Ray> rays) 
     return occluded;
 }
 
+void add(std::vector<Finding>& findings, const Variant& variant,
+         const std::vector<AnswerDifference>& differences) {
+    for (const AnswerDifference& difference : differences)
+        findings.push_back({&variant, {}, difference});
+}
+
 /// The rays for which `differs(i)`.
 template <class Differs>
 std::vector<AnswerDifference> find_differences(Asked asked, std::span<const std::size_t> indices,
@@ -73,7 +80,7 @@ void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Variant> va
     loaded_.clear();
     scene_ = std::move(scene);
     variants_ = variants;
-    reference_.set_scene(scene_->topology(), scene_->positions(), scene_->rebuilt());
+    reference_.set_scene(scene_->topology, scene_->positions(), scene_->rebuilt);
 }
 
 void Referee::prepare(const Variant& variant) {
@@ -82,24 +89,20 @@ void Referee::prepare(const Variant& variant) {
     if (loaded.variant == &variant) return;
     loaded.updater.reset();
     loaded.variant = &variant;
-    switch (variant.tree) {
-        case TreeKind::kRefitted:
-            backend.set_scene(scene_->topology(), scene_->built_positions(), scene_->built());
-            backend.refit(scene_->positions());
-            break;
-        case TreeKind::kRebuilt:
-            backend.set_scene(scene_->topology(), scene_->positions(), scene_->rebuilt());
-            break;
-        case TreeKind::kAuto:
-            loaded.updater = travel(backend);
-            break;
+    if (variant.tree == TreeKind::kAuto) {
+        loaded.updater = travel(backend);
+    } else if (variant.tree == TreeKind::kRebuilt) {
+        backend.set_scene(scene_->topology, scene_->positions(), scene_->rebuilt);
+    } else {
+        backend.set_scene(scene_->topology, scene_->journey.front(), scene_->built);
+        backend.refit(scene_->positions());
     }
 }
 
 std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
-    const auto& journey = scene_->journey();
+    const auto& journey = scene_->journey;
     auto updater =
-        std::make_unique<TreeUpdater>(scene_->topology(), journey.front(), backend,
+        std::make_unique<TreeUpdater>(scene_->topology, journey.front(), backend,
                                       make_update_policy({PolicyKind::kAuto}, auto_config()),
                                       BuildConfig{.threads = 1}, auto_config());
     for (const auto& positions : journey) {
@@ -111,7 +114,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
 }
 
 std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally) {
-    const ImageParams params = make_image_params(view, scene_->bounds(), scene_->space());
+    const ImageParams params = make_image_params(view, scene_->bounds, scene_->space);
     reference_.trace_image(params, expected_);
     std::vector<Finding> findings;
     for (const Variant& variant : variants_) {
@@ -119,10 +122,7 @@ std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally)
         variant.backend->trace_image(params, actual_);
         tally.rays += variant.backend->finish().rays;
         if (same(expected_, actual_)) continue;
-        Finding finding;
-        finding.variant = &variant;
-        finding.image = compare_frames(expected_, actual_);
-        findings.push_back(finding);
+        findings.push_back({&variant, compare_frames(expected_, actual_), {}});
     }
     return findings;
 }
@@ -131,7 +131,7 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     std::vector<Ray> rays;
     std::vector<std::size_t> indices;
     for (std::size_t i = 0; i < world_rays.size(); ++i) {
-        const SceneRay ray = to_scene(scene_->space(), world_rays[i]);
+        const SceneRay ray = to_scene(scene_->space, world_rays[i]);
         if (!ray.valid) continue;
         rays.push_back(ray.ray);
         if (i < kCrowdedRays) add_crowd(ray.ray, rays);
@@ -142,20 +142,16 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     std::vector<Hit> actual(rays.size());
     reference_.trace({rays, expected});
     std::vector<Finding> findings;
-    const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
-        for (const AnswerDifference& difference : differences)
-            findings.push_back({&variant, {}, difference});
-    };
     for (const Variant& variant : variants_) {
         prepare(variant);
         variant.backend->trace({rays, actual});
         tally.rays += rays.size();
-        add(variant, find_differences(Asked::kClosestHits, indices, [&](std::size_t i) {
+        add(findings, variant, find_differences(Asked::kClosestHits, indices, [&](std::size_t i) {
                 return !test::same_bits(expected[i], actual[i]);
             }));
         if (!variant.backend->info().answers_threads) continue;
         const std::vector<std::uint8_t> occluded = any_hits(*variant.backend, rays);
-        add(variant, find_differences(Asked::kAnyHits, indices, [&](std::size_t i) {
+        add(findings, variant, find_differences(Asked::kAnyHits, indices, [&](std::size_t i) {
                 return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
             }));
     }
@@ -165,15 +161,11 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
 std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case) {
     const CaseQueries queries(*scene_, fuzz_case, test::queries_of(reference_));
     std::vector<Finding> findings;
-    const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
-        for (const AnswerDifference& difference : differences)
-            findings.push_back({&variant, {}, difference});
-    };
     for (const Variant& variant : variants_) {
         prepare(variant);
-        add(variant, queries.compare(test::queries_of(*variant.backend)));
+        add(findings, variant, queries.compare(test::queries_of(*variant.backend)));
     }
-    add(world_, check_world(fuzz_case));
+    add(findings, world_, check_world(fuzz_case));
     return findings;
 }
 
@@ -190,11 +182,9 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
             ++tally.refused;
         }
     }
-    const auto add = [&findings](const std::vector<Finding>& more) {
-        findings.insert(findings.end(), more.begin(), more.end());
-    };
-    add(referee.compare_rays(fuzz_case.rays, tally));
-    if (fuzz_case.asks_questions) add(referee.compare_questions(fuzz_case));
+    std::ranges::move(referee.compare_rays(fuzz_case.rays, tally), std::back_inserter(findings));
+    if (fuzz_case.asks_questions)
+        std::ranges::move(referee.compare_questions(fuzz_case), std::back_inserter(findings));
     tally.failed_cases += findings.empty() ? 0 : 1;
     return findings;
 }
@@ -202,10 +192,10 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
 std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
     constexpr std::uint32_t kMostHits = 16;
     const FuzzScene scene(fuzz_case);
-    brute.set_scene(scene.topology(), scene.positions(), scene.rebuilt());
+    brute.set_scene(scene.topology, scene.positions(), scene.rebuilt);
     std::vector<WorldRay> all = fuzz_case.rays;
     for (const WorldRay& world : fuzz_case.rays) {
-        const SceneRay ray = to_scene(scene.space(), world);
+        const SceneRay ray = to_scene(scene.space, world);
         if (!ray.valid) continue;
         HitLists lists;
         brute.query(ListQuery{{&ray.ray, 1}, Crossing::kEach, kMostHits, lists});

@@ -12,14 +12,14 @@
 #include <vector>
 
 #include "morphray/morphray.hpp"
-#include "tests/fuzz/generate/dice.h"
 #include "tests/library/embree/embree_api.h"
+#include "tests/support/random.h"
 
 namespace mray {
 namespace {
 
 using namespace embree_test;
-using fuzz::Dice;
+using Dice = test::Random;
 
 constexpr float kFar = 2e18f;
 
@@ -39,7 +39,7 @@ struct Mesh {
 };
 
 Point draw_point(Dice& dice) {
-    const fuzz::dvec3 p = dice.one_in(2) ? dice.grid_point() : dice.point(1);
+    const test::dvec3 p = dice.one_in(2) ? dice.grid_point() : dice.exact_point(1);
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 

@@ -2,90 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "common/base/aligned_vector.h"
-#include "tests/support/test_scene.h"
 
 namespace mray {
 namespace {
-
-using test::Random;
-
-/// Boxes of any size in a region that may be flat or a point; some are empty, and some pairs.
-AlignedVector<PrimRef> random_refs(Random& random, std::uint32_t count) {
-    vec3 region;
-    for (int axis = 0; axis < 3; ++axis)
-        region[axis] = random.below(4) == 0 ? 0 : std::ldexp(1.0f, random.below(20));
-    const float size = std::ldexp(1.0f, static_cast<int>(random.below(20)) - 5);
-    const bool in_steps = random.below(3) == 0;
-    const bool with_pairs = random.below(2) == 0;
-    AlignedVector<PrimRef> refs;
-    for (std::uint32_t id = 0; id < count; ++id) {
-        Box box;
-        for (int i = 0; i < 3 && random.below(100) != 0; ++i) {
-            vec3 p = random.point() * region + (i == 0 ? vec3(0, 0, 0) : random.point(size));
-            if (in_steps) p = {std::round(p.x), std::round(p.y), std::round(p.z)};
-            box.extend(snap_point(p));
-        }
-        refs.push_back(PrimRef(box, 2 * id));
-        if (with_pairs && random.below(3) != 0) refs.back().make_pair_of(2 * id);
-    }
-    return refs;
-}
-
-std::size_t triangles_of(std::span<const PrimRef> refs) {
-    std::size_t sum = 0;
-    for (const PrimRef& ref : refs) sum += ref.triangle_count();
-    return sum;
-}
-
-using SplitFunction = PartSize (*)(std::span<const PrimRef>, PrimRef*, const SimdTarget&);
-
-/// Expects the same result of every target, which has all refs in order; returns whether it
-/// divides.
-bool expect_same_on_every_target(SplitFunction split, std::span<const PrimRef> refs) {
-    const std::size_t room = triangles_of(refs);
-    AlignedVector<PrimRef> expected(room, PrimRef(Box(), 0));
-    const PartSize left = split(refs, expected.data(), best_simd_target());
-    for (const SimdTarget& target : supported_simd_targets()) {
-        AlignedVector<PrimRef> out(room, PrimRef(Box(), 0));
-        const PartSize size = split(refs, out.data(), target);
-        EXPECT_EQ(size.refs, left.refs) << target.name;
-        EXPECT_EQ(size.triangles, left.triangles) << target.name;
-        EXPECT_EQ(std::memcmp(out.data(), expected.data(), room * sizeof(PrimRef)), 0)
-            << target.name;
-    }
-    if (left.refs == 0) return false;
-    const std::span all(expected);
-    EXPECT_EQ(triangles_of(all.first(left.refs)), left.triangles);
-    std::vector<PrimRef> merged(refs.size(), PrimRef(Box(), 0));
-    std::merge(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(left.refs),
-               all.begin() + static_cast<std::ptrdiff_t>(left.triangles),
-               all.begin() + static_cast<std::ptrdiff_t>(left.triangles + refs.size() - left.refs),
-               merged.begin(),
-               [](const PrimRef& a, const PrimRef& b) { return a.prim_id() < b.prim_id(); });
-    EXPECT_EQ(std::memcmp(merged.data(), refs.data(), refs.size_bytes()), 0);
-    return true;
-}
-
-TEST(Splits, HaveTheSameResultOnEveryTarget) {
-    Random random(1);
-    std::size_t divided = 0;
-    for (int round = 0; round < 600; ++round) {
-        const std::uint32_t many = 16000 + random.below(30000);
-        const std::uint32_t few = 2 + random.below(round % 2 == 0 ? 60 : 2000);
-        const std::uint32_t count = round % 40 == 0 ? many : few;
-        divided += expect_same_on_every_target(split_binned, random_refs(random, count)) ? 1 : 0;
-        divided += expect_same_on_every_target(split_median, random_refs(random, few)) ? 1 : 0;
-    }
-    EXPECT_GT(divided, 1000u);
-}
 
 /// A row of small boxes, and a large one about the middle of them.
 AlignedVector<PrimRef> row_with_a_beam(std::uint32_t count, std::uint32_t beam) {
