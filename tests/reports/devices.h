@@ -77,11 +77,21 @@ inline UserMesh box(morphray::Vec3 lower, morphray::Vec3 upper) {
     return mesh;
 }
 
-/// The corners (0, 0, 0), (1, 0, 0), (0, 1, 0) and (0, 0, 1).
-inline UserMesh tetrahedron() {
+inline UserMesh tetrahedron() { return UserMesh(TestScene(shapes::tetrahedron())); }
+
+/// A square [lower, upper] x [lower, upper] of two triangles at z = 0.
+inline UserMesh square(float lower, float upper) {
     UserMesh mesh;
-    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    mesh.triangles = {0, 2, 1, 0, 3, 2, 0, 1, 3, 1, 2, 3};
+    mesh.points = {{lower, lower, 0}, {upper, lower, 0}, {upper, upper, 0}, {lower, upper, 0}};
+    mesh.triangles = {0, 1, 2, 0, 2, 3};
+    return mesh;
+}
+
+/// (0, 0, 0), (side, 0, 0), (0, side, 0).
+inline UserMesh triangle(float side) {
+    UserMesh mesh;
+    mesh.points = {{0, 0, 0}, {side, 0, 0}, {0, side, 0}};
+    mesh.triangles = {0, 1, 2};
     return mesh;
 }
 

@@ -176,19 +176,10 @@ TEST_P(PointReports, Pytorch3d1612TheDistanceIsThatOfThePointFound) {
 }
 
 TEST_P(PointReports, AClosestPointFromAnyDistanceIsThatOfTheSurface) {
-    // A plate of 64 x 64 cells.
     constexpr std::uint32_t kCells = 64;
-    UserMesh plate;
-    for (std::uint32_t i = 0; i < (kCells + 1) * (kCells + 1); ++i) {
-        const auto at = [](std::uint32_t k) { return static_cast<float>(k) / kCells; };
-        plate.points.push_back({at(i % (kCells + 1)), at(i / (kCells + 1)), 0});
-    }
-    for (std::uint32_t i = 0; i < kCells * kCells; ++i) {
-        const std::uint32_t a = i / kCells * (kCells + 1) + i % kCells;
-        const std::uint32_t c = a + kCells + 2;
-        plate.triangles.insert(plate.triangles.end(), {a, a + 1, c, a, c, c - 1});
-    }
-    const Scene scene = build(plate);
+    Shape plate = shapes::height_map(kCells, kCells, [](auto...) { return 0; });
+    for (dvec3& p : plate.positions) p /= kCells;
+    const Scene scene = build(UserMesh(TestScene(plate)));
     for (const float far : {1e-7f, 1e-4f, 0.02f, 0.2f, 0.5f, 1.0f, 1e3f, 1e7f, 1e10f}) {
         Random random(29);
         for (int i = 0; i < 50; ++i) {

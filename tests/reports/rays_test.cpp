@@ -2,6 +2,7 @@
 // floats given.
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 #include "tests/reports/devices.h"
 
@@ -17,10 +18,7 @@ using morphray::Vec3;
 class RayReports : public Reports {};
 
 TEST_P(RayReports, Oblikovati2146AQuadIsHitOnItsDiagonal) {
-    UserMesh quad;
-    quad.points = {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}};
-    quad.triangles = {0, 1, 2, 0, 2, 3};
-    const Scene scene = build(quad);
+    const Scene scene = build(square(-5, 5));
     const Ray diagonal = ray({0, 0, 10}, {0.30458447f, 0.30458447f, -0.9024725f});
     const Hit hit = scene.intersect(diagonal);
     EXPECT_EQ(hit.prim_id, 0u);
@@ -32,10 +30,8 @@ TEST_P(RayReports, Oblikovati2146AQuadIsHitOnItsDiagonal) {
 TEST_P(RayReports, Tinybvh283SmallTrianglesAreHit) {
     for (const auto& [size, distance] :
          {std::pair(2e-4f, 1.0f), {1e-6f, 1e-3f}, {1e-12f, 1e-9f}, {1e-20f, 1e-17f}}) {
-        UserMesh mesh;
-        mesh.points = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}};
-        mesh.triangles = {0, 1, 2};
-        const Hit hit = build(mesh).intersect(ray({size / 3, size / 3, -distance}, {0, 0, 1}));
+        const Hit hit =
+            build(triangle(size)).intersect(ray({size / 3, size / 3, -distance}, {0, 0, 1}));
         EXPECT_EQ(hit.prim_id, 0u) << size;
         EXPECT_TRUE(is_within_an_ulp(hit.t, distance)) << size;
     }
@@ -61,10 +57,7 @@ TEST_P(RayReports, Libigl2408ScaledMeshesKeepTheirHits) {
 }
 
 TEST_P(RayReports, Amrex5789ALongSegmentBesideATriangleMisses) {
-    UserMesh mesh;
-    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    mesh.triangles = {0, 1, 2};
-    const Scene scene = build(mesh);
+    const Scene scene = build(triangle(1));
     for (const float far : {1e9f, 1e5f})
         EXPECT_FALSE(scene.intersect(ray({0.75f, 0.75f, -far}, {0, 0, 2 * far}))) << far;
 }
@@ -89,18 +82,9 @@ TEST_P(RayReports, ThreeMeshBvh684ARayThroughAnEdgeHitsIt) {
 
 TEST_P(RayReports, ThreeMeshBvh169AndRapier165VerticesAndEdgesOfHeightMapsAreHit) {
     constexpr std::uint32_t kSide = 8;
-    UserMesh map;
     Random random(169);
-    for (std::uint32_t y = 0; y < kSide; ++y) {
-        for (std::uint32_t x = 0; x < kSide; ++x) {
-            map.points.push_back({5.0f * static_cast<float>(x), 5.0f * static_cast<float>(y),
-                                  static_cast<float>(random.below(2))});
-            const std::uint32_t i = y * kSide + x;
-            if (x + 1 == kSide || y + 1 == kSide) continue;
-            map.triangles.insert(map.triangles.end(),
-                                 {i, i + 1, i + kSide, i + 1, i + kSide + 1, i + kSide});
-        }
-    }
+    const UserMesh map(TestScene(
+        shapes::height_map(kSide - 1, kSide - 1, [&](auto...) { return random.below(2); })));
     const Scene scene = build(map);
     for (const Vec3& p : map.points)
         EXPECT_TRUE(is_within_an_ulp(scene.intersect(ray({p.x, p.y, 10}, {0, 0, -1})).t, 10 - p.z));
@@ -108,7 +92,7 @@ TEST_P(RayReports, ThreeMeshBvh169AndRapier165VerticesAndEdgesOfHeightMapsAreHit
     for (std::size_t i = 0; i + kSide < map.points.size(); ++i) {
         const Vec3 a = map.points[i];
         const Vec3 b = map.points[i + kSide];
-        const Hit hit = scene.intersect(ray({a.x, a.y + 1.25f, 10}, {0, 0, -1}));
+        const Hit hit = scene.intersect(ray({a.x, a.y + 0.25f, 10}, {0, 0, -1}));
         EXPECT_TRUE(is_within_an_ulp(hit.t, 10 - (0.75 * a.z + 0.25 * b.z)));
     }
 }
@@ -130,15 +114,11 @@ std::size_t triangles_at(const UserMesh& map, float x, float y) {
 
 TEST_P(RayReports, AllHitsOfAHeightMapHaveEachCrossingOnce) {
     constexpr std::uint32_t kSide = 9;
-    UserMesh map;
-    for (std::uint32_t i = 0; i < kSide * kSide; ++i)
-        map.points.push_back({static_cast<float>(i % kSide), static_cast<float>(i / kSide),
-                              static_cast<float>(i * i % 5)});
-    for (std::uint32_t i = 0; i < kSide * (kSide - 1); ++i) {
-        if (i % kSide == kSide - 1) continue;
-        for (const std::uint32_t k : {0u, 1u, kSide + 1, 0u, kSide + 1, kSide})
-            map.triangles.push_back(i + k);
-    }
+    const UserMesh map(
+        TestScene(shapes::height_map(kSide - 1, kSide - 1, [](std::uint32_t x, std::uint32_t y) {
+            const std::uint32_t i = y * kSide + x;
+            return i * i % 5;
+        })));
     const Scene scene = build(map);
     std::vector<Ray> rays;
     // At vertices, at the middles of edges and diagonals.
@@ -161,31 +141,17 @@ TEST_P(RayReports, AllHitsOfAHeightMapHaveEachCrossingOnce) {
 }
 
 TEST_P(RayReports, Pyvista8698ThePoleOfASphereIsCrossedWhateverTheEnd) {
-    constexpr int kRings = 10;
+    // Around each pole ten triangles.
+    constexpr std::uint32_t kSides = 10;
     UserMesh sphere;
     sphere.points = {{0, 0, 0.5f}, {0, 0, -0.5f}};
-    constexpr double kPi = 3.14159265358979323846;
-    for (int ring = 1; ring < kRings; ++ring) {
-        for (int i = 0; i < kRings; ++i) {
-            const double polar = kPi * ring / kRings;
-            const double around = 2 * kPi * i / kRings;
-            sphere.points.push_back({static_cast<float>(0.5 * std::sin(polar) * std::cos(around)),
-                                     static_cast<float>(0.5 * std::sin(polar) * std::sin(around)),
-                                     static_cast<float>(0.5 * std::cos(polar))});
-        }
-    }
-    const auto at = [](int ring, int i) {
-        return static_cast<std::uint32_t>(2 + (ring - 1) * kRings + i % kRings);
-    };
-    for (int i = 0; i < kRings; ++i) {
-        sphere.triangles.insert(sphere.triangles.end(), {0, at(1, i), at(1, i + 1)});
-        for (int ring = 1; ring + 1 < kRings; ++ring) {
-            sphere.triangles.insert(sphere.triangles.end(),
-                                    {at(ring, i), at(ring + 1, i), at(ring + 1, i + 1), at(ring, i),
-                                     at(ring + 1, i + 1), at(ring, i + 1)});
-        }
-        sphere.triangles.insert(sphere.triangles.end(),
-                                {1, at(kRings - 1, i + 1), at(kRings - 1, i)});
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+        const double around = 2 * std::numbers::pi * i / kSides;
+        sphere.points.push_back({static_cast<float>(0.5 * std::cos(around)),
+                                 static_cast<float>(0.5 * std::sin(around)), 0});
+        const std::uint32_t a = 2 + i;
+        const std::uint32_t b = 2 + (i + 1) % kSides;
+        sphere.triangles.insert(sphere.triangles.end(), {0, a, b, 1, b, a});
     }
     const Scene scene = build(sphere);
     for (const float end : {6.68732940059620f, 6.68732940059621f, 7.0f}) {
@@ -206,10 +172,7 @@ TEST_P(RayReports, Pyvista4842And5372AndLibigl2026FacesAreCrossedOnceOnTheirDiag
     EXPECT_TRUE(is_within_an_ulp(through[0].t, 10));
     EXPECT_TRUE(is_within_an_ulp(through[1].t, 16));
 
-    UserMesh quad;
-    quad.points = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-    quad.triangles = {0, 1, 2, 0, 2, 3};
-    const Scene flat = build(quad);
+    const Scene flat = build(square(-1, 1));
     const Ray down = ray({0, 0, 1}, {0, 0, -1});
     for (const Hit& hit : all_hits(flat, down, Crossing::each))
         EXPECT_TRUE(is_within_an_ulp(hit.t, 1));
@@ -288,10 +251,7 @@ TEST_P(RayReports, ThreeMeshBvh112AMoveThatIsExactKeepsHits) {
 }
 
 TEST_P(RayReports, PythonEmbree20ThePlaneBelowIsExactlyAsFarAsTheOriginIsHigh) {
-    UserMesh square;
-    square.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    square.triangles = {0, 1, 2, 0, 2, 3};
-    const Scene scene = build(square);
+    const Scene scene = build(square(0, 1));
     Random random(20);
     std::vector<Ray> rays(500);
     std::vector<Ray> up_to(rays.size());
@@ -308,12 +268,9 @@ TEST_P(RayReports, PythonEmbree20ThePlaneBelowIsExactlyAsFarAsTheOriginIsHigh) {
 }
 
 TEST_P(RayReports, ARayFromAnywhereFindsWhatItHits) {
-    UserMesh triangle;
-    triangle.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    triangle.triangles = {0, 1, 2};
-    UserMesh below = triangle;
+    UserMesh below = triangle(1);
     for (Vec3& p : below.points) p.z = -1;
-    const Scene scene = build(std::vector{triangle, below});
+    const Scene scene = build(std::vector{triangle(1), below});
     for (const float far : {1e3f, 2e3f, 1e6f, 1e9f, 1e20f, 3e38f}) {
         const std::vector<Ray> rays = {
             ray({0.25f, 0.25f, far}, {0, 0, -1}), ray({0.25f, 0.25f, far}, {0, 0, -2 * far}),
