@@ -12,9 +12,9 @@
 namespace mray::app {
 
 // Files named "-" are stdin. In a text '#' begins a comment, and lines without numbers are skipped.
-// Coordinates are those of the scene's file (common/scene/scene_space.h); other numbers are rounded to
-// float. A float printed with 9 digits is read back exactly; inf and nan are numbers. Each function
-// throws Error(kBadInput) with file and line, and kLimit for too large a file.
+// Coordinates are those of the scene's file (common/scene/scene_space.h); other numbers are rounded
+// to float. A float printed with 9 digits is read back exactly; inf and nan are numbers. Each
+// function throws Error(kBadInput) with file and line, and kLimit for too large a file.
 
 struct RayFile {
     std::vector<WorldRay> rays = {};
