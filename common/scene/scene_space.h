@@ -156,8 +156,8 @@ struct StoredRayTile {
     vec3 org;
 };
 
-/// The place where world space has its 0, in the coordinates of files and of callers' doubles. These
-/// may lie so far from 0 that the steps of floats are too coarse for them.
+/// The place where world space has its 0, in the coordinates of files and of callers' doubles.
+/// These may lie so far from 0 that the steps of floats are too coarse for them.
 struct Origin {
     glm::dvec3 at = {0, 0, 0};
     bool operator==(const Origin&) const = default;

@@ -57,8 +57,8 @@ TEST(FileReports, Assimp6296StripsOfPlyFilesAreTriangles) {
         EXPECT_TRUE(both.warnings.empty()) << text(both);
         // A strip beside a face, with a triangle without area.
         const PlyItems strip = {"tristrips",
-                               {"uchar flags", "list uint short vertex_indices"},
-                               {{7, 9, -1, -1, 4, 5, 6, 7, 7, -1, -1}}};
+                                {"uchar flags", "list uint short vertex_indices"},
+                                {{7, 9, -1, -1, 4, 5, 6, 7, 7, -1, -1}}};
         const PlyItems face = ply_faces({{3, 0, 1, 2}});
         EXPECT_EQ(open(folder, "b.ply", ply(encoding, {points, face, strip})).triangles(),
                   (std::vector<uvec3>{{0, 1, 2}, second[0], second[1], {6, 7, 7}}));

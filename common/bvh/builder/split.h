@@ -162,7 +162,8 @@ PartSize split_by_area(std::span<const PrimRef> refs, PrimRef* out, std::size_t 
 /// The largest area of a box; 0 for no refs.
 float largest_area(std::span<const PrimRef> refs);
 
-// ---- Refs of two triangles each, such as the halves of a quadrangle: they halve the work of splits
+// ---- Refs of two triangles each, such as the halves of a quadrangle: they halve the work of
+// splits
 
 /// Makes pairs of neighbours in the list that share one edge and whose common box is small; the
 /// others stay as they are. refs are triangles of the topology, each the one after the last.
