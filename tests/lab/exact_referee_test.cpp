@@ -6,7 +6,6 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/exact_referee.h"
 #include "tests/support/oracle.h"
 #include "tests/support/test_scene.h"
@@ -40,35 +39,32 @@ Ray towards(vec3 org, vec3 dir) { return {org, 0, dir, kInfiniteT}; }
 /// Two squares across the z axis, the second one farther away: triangles 0, 1 at z = -8, 2, 3 at z
 /// = -16.
 TestScene two_squares() {
-    std::vector<vec3> positions;
-    std::vector<uvec3> triangles;
-    for (const float z : {-8.0f, -16.0f}) {
-        const auto first = static_cast<std::uint32_t>(positions.size());
-        for (const vec3 p : {vec3(-4, -4, z), vec3(4, -4, z), vec3(4, 4, z), vec3(-4, 4, z)})
-            positions.push_back(p);
-        triangles.push_back({first, first + 1, first + 2});
-        triangles.push_back({first, first + 2, first + 3});
-    }
-    return {std::move(positions), std::move(triangles)};
+    return {{{-4, -4, -8},
+             {4, -4, -8},
+             {4, 4, -8},
+             {-4, 4, -8},
+             {-4, -4, -16},
+             {4, -4, -16},
+             {4, 4, -16},
+             {-4, 4, -16}},
+            {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}}};
 }
-
-/// From world space of two_squares to scene space.
-Ray in_scene(const Court& court, vec3 org, vec3 dir) { return scene_ray(court.scene, org, dir); }
 
 TEST(ExactReferee, FindsTheHitOfASimpleCase) {
     const Court court(two_squares());
-    const Ray ray = in_scene(court, {1, -2, 0}, {0, 0, -1});
+    const Ray ray = scene_ray(court.scene, {1, -2, 0}, {0, 0, -1});
     EXPECT_EQ(court.truth(ray).prim_id, 0u);
     EXPECT_EQ(court.verdict(ray, 0), Verdict::kRight);
     EXPECT_EQ(court.verdict(ray, 2), Verdict::kWrongTriangle);
     EXPECT_EQ(court.verdict(ray, kNoPrim), Verdict::kFalseMiss);
-    EXPECT_EQ(court.verdict(in_scene(court, {7, 0, 0}, {0, 0, -1}), 0), Verdict::kFalseHit);
-    EXPECT_EQ(court.verdict(in_scene(court, {7, 0, 0}, {0, 0, -1}), kNoPrim), Verdict::kRight);
+    EXPECT_EQ(court.verdict(scene_ray(court.scene, {7, 0, 0}, {0, 0, -1}), 0), Verdict::kFalseHit);
+    EXPECT_EQ(court.verdict(scene_ray(court.scene, {7, 0, 0}, {0, 0, -1}), kNoPrim),
+              Verdict::kRight);
 }
 
 TEST(ExactReferee, AcceptsBothTrianglesOfAnEdgeAndCallsAMissALeak) {
     const Court court(two_squares());
-    const Ray ray = in_scene(court, {1, 1, 0}, {0, 0, -1});
+    const Ray ray = scene_ray(court.scene, {1, 1, 0}, {0, 0, -1});
     EXPECT_EQ(court.truth(ray).prim_id, 0u);
     EXPECT_EQ(court.verdict(ray, 1), Verdict::kRight);
     EXPECT_EQ(court.verdict(ray, 2), Verdict::kLeak);
@@ -78,10 +74,10 @@ TEST(ExactReferee, AcceptsBothTrianglesOfAnEdgeAndCallsAMissALeak) {
 TEST(ExactReferee, ExcusesAMissBesideABoundaryEdgeButNotInsideTheSurface) {
     const Court court(two_squares());
     // The right edge of both squares: nothing beyond.
-    const Ray edge = in_scene(court, {4, 1, 0}, {0, 0, -1});
+    const Ray edge = scene_ray(court.scene, {4, 1, 0}, {0, 0, -1});
     EXPECT_TRUE(court.truth(edge).hit());
     EXPECT_EQ(court.verdict(edge, kNoPrim), Verdict::kDisplaced);
-    const Ray inside = in_scene(court, {3.99f, 1, 0}, {0, 0, -1});
+    const Ray inside = scene_ray(court.scene, {3.99f, 1, 0}, {0, 0, -1});
     EXPECT_EQ(court.verdict(inside, kNoPrim), Verdict::kFalseMiss);
 }
 
@@ -169,11 +165,12 @@ TEST(ParallelView, IgnoresTrianglesBehindTheOriginOrOutOfRange) {
 TEST(ExactReferee, ClassifiesANeighbourAtTheSameDepthAsBeside) {
     const Court court(two_squares());
     // 2^-16 of its size from the diagonal, far more than a vertex is displaced by.
-    const Ray ray = in_scene(court, {1, 0.9998f, 0}, {0, 0, -1});
+    const Ray ray = scene_ray(court.scene, {1, 0.9998f, 0}, {0, 0, -1});
     EXPECT_EQ(court.truth(ray).prim_id, 0u);
     EXPECT_EQ(court.verdict(ray, 1), Verdict::kBeside);
     EXPECT_FALSE(lab::is_wrong(Verdict::kBeside));
-    EXPECT_EQ(court.verdict(in_scene(court, {1, -2, 0}, {0, 0, -1}), 1), Verdict::kWrongTriangle);
+    EXPECT_EQ(court.verdict(scene_ray(court.scene, {1, -2, 0}, {0, 0, -1}), 1),
+              Verdict::kWrongTriangle);
 }
 
 TEST(ExactReferee, AgreesWithASearchWithoutTheTree) {
@@ -208,48 +205,6 @@ TEST(HitRule, IsNeverWrongOnOrdinaryClosedMeshes) {
             const Verdict verdict = court.verdict(ray, tracer.intersect(ray).prim_id);
             EXPECT_LT(verdict, Verdict::kBeside);
         }
-    }
-}
-
-/// Rays from anywhere around a scene at its vertices, edges and faces.
-std::vector<Ray> aimed_rays(const TestScene& scene, std::size_t count, std::uint64_t seed) {
-    Random random(seed);
-    std::vector<Ray> rays;
-    while (rays.size() < count) {
-        const uvec3 t =
-            scene.topology()
-                .triangles[random.below(static_cast<std::uint32_t>(scene.triangle_count()))];
-        const vec3 a = scene.positions()[t.x];
-        const auto f = static_cast<float>(random.real(0, 1));
-        const auto g = static_cast<float>(random.real(0, 1)) * (1 - f);
-        const vec3 along = (scene.positions()[t.y] - a) * (rays.size() % 3 > 0 ? f : 0);
-        const vec3 across = (scene.positions()[t.z] - a) * (rays.size() % 3 > 1 ? g : 0);
-        const vec3 org = snap_point(random.point(kSceneExtent));
-        const vec3 dir = a + along + across - org;
-        if (dir != vec3(0, 0, 0)) rays.push_back(towards(org, canonical_direction(dir)));
-    }
-    return rays;
-}
-
-/// Compares the scalar tracer's answers to `count` rays with the referee.
-void expect_never_wrong(const TestScene& scene, const std::string& name, std::size_t count) {
-    const Court court(scene);
-    const cpu::ScalarTracer tracer(court.bvh);
-    std::size_t wrong = 0;
-    for (const Ray& ray : aimed_rays(court.scene, count, 17)) {
-        const bool is_wrong = lab::is_wrong(court.verdict(ray, tracer.intersect(ray).prim_id));
-        wrong += is_wrong ? 1 : 0;
-        EXPECT_FALSE(is_wrong) << name;
-        if (wrong == 3) return;
-    }
-}
-
-TEST(HitRule, IsNeverWrongOnFailureScenes) {
-    for (const lab::ChartInput& one : lab::failure_scenes()) {
-        // From far away one ulp of t is larger than the detail's triangles
-        // (docs/guide/crosscheck.md).
-        if (one.name == "detail 1 in 1e6") continue;
-        expect_never_wrong(TestScene(one.positions, one.topology.triangles), one.name, 10000);
     }
 }
 
