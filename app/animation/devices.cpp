@@ -63,6 +63,7 @@ std::string wait_for(pid_t child) {
                                : "";
 }
 
+#ifdef MORPHRAY_HAS_VULKAN
 /// Throws Error if the device failed its self-test, which is made now if no result is kept.
 void require_sound_device(const std::string& device) {
     const morphray::DeviceCheck check = call_library([&] {
@@ -72,6 +73,7 @@ void require_sound_device(const std::string& device) {
     if (check.passed) return;
     throw Error(kind_of(check.code), check.problem);
 }
+#endif
 
 morphray::Device open_chosen(BackendChoice choice, const BackendOptions& options) {
     const morphray::CpuOptions cpu = {.threads = options.threads, .simd = options.simd};

@@ -52,9 +52,9 @@ void for_each_run(mray::ThreadArena* arena, std::size_t total, mray::Watch watch
         for_runs_of(0, total, watch, work, most, kLeastRun);
         return;
     }
-    using Range = tbb::blocked_range<std::size_t>;
+    using RayRange = tbb::blocked_range<std::size_t>;
     arena->execute([&] {
-        tbb::parallel_for(Range(0, total, kRun), [&](const Range& range) {
+        tbb::parallel_for(RayRange(0, total, kRun), [&](const RayRange& range) {
             for_runs_of(range.begin(), range.end(), watch, work, most, kLeastRun);
         });
     });
