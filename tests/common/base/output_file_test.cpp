@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -111,6 +112,23 @@ TEST_F(OutputFile, RefusesPathsThatCannotBeWritten) {
     }
     EXPECT_EQ(read_file(file_), "text");
     EXPECT_EQ(temporary_.names().size(), 3u);
+}
+
+TEST_F(OutputFile, KilledAtAnyMomentIsTheOldOrTheNewFile) {
+    const std::string texts[] = {std::string(3'000'000, 'a'), std::string(2'000'000, 'b')};
+    write_file(file_, texts[0]);
+    for (int round = 0; round < 40; ++round) {
+        const pid_t child = ::fork();
+        ASSERT_GE(child, 0);
+        if (child == 0) {
+            for (std::size_t i = 0;; ++i) write_file(file_, texts[i % 2]);
+        }
+        ::usleep(static_cast<useconds_t>(500 + 700 * round));
+        ::kill(child, SIGKILL);
+        ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+        const std::string found = read_file(file_);
+        ASSERT_TRUE(found == texts[0] || found == texts[1]) << found.size() << " bytes";
+    }
 }
 
 TEST_F(OutputFile, CheckingLeavesNoFile) {
