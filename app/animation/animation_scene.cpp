@@ -44,15 +44,6 @@ morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& wo
             .appearance = {.albedo = topology.albedo}};
 }
 
-/// Says that vertices are left out since they are too far (PoseExtent::limit()).
-Warning warning_of_far(const Animation& animation, std::uint64_t vertices) {
-    return {
-        escape(animation.name()),
-        fmt::format("{} of {} vertices are left out with their triangles: more than 2^{} times as "
-                    "far from the origin as most",
-                    vertices, animation.topology().vertex_count, kFarExponent)};
-}
-
 /// The vertices of the first frame that are not left out, in world space.
 std::vector<vec3> first_vertices(const Animation& animation) {
     const Topology& topology = animation.topology();
@@ -74,6 +65,14 @@ std::optional<morphray::Box> box_of(const Animation& animation) {
 }
 
 }  // namespace
+
+Warning warning_of_far(const Animation& animation, std::uint64_t vertices) {
+    return {
+        escape(animation.name()),
+        fmt::format("{} of {} vertices are left out with their triangles: more than 2^{} times as "
+                    "far from the origin as most",
+                    vertices, animation.topology().vertex_count, kFarExponent)};
+}
 
 morphray::View world_view(morphray::View view, const Animation& animation) {
     ViewSpec spec = morphray::engine::to_spec(view, to_point(animation.origin().at));

@@ -78,6 +78,9 @@ private:
     std::future<double> reading_;
 };
 
+/// Says that vertices are left out since they are too far (PoseExtent::limit()).
+Warning warning_of_far(const Animation& animation, std::uint64_t vertices);
+
 /// A view in the coordinates of the file as one in world space, with an eye, a target and a light.
 /// Unless an eye or a target is given, files are seen as objects (frame_object()) and closed scenes
 /// from their inside_view(). Throws Error(kBadInput).

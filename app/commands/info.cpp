@@ -13,6 +13,7 @@
 #include "common/frame_times.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
+#include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "common/text/text.h"
 #include "common/version.h"
@@ -21,8 +22,6 @@
 
 namespace mray::app {
 namespace {
-
-namespace engine = morphray::engine;
 
 std::string describe_vulkan() {
     try {
@@ -48,8 +47,7 @@ std::string describe_program() {
 }
 
 Json describe_tree(const AnimationScene& scene) {
-    Bvh bvh;
-    engine::backend(scene.scene()).read_tree(bvh);
+    const Bvh& bvh = morphray::engine::backend(scene.scene()).host_tree();
     const BvhStats stats = bvh_stats(bvh);
     return {{"build_ms", scene.update().rebuild_ms},
             {"bvh_hash", hash_text(bvh_hash(bvh))},
@@ -81,9 +79,14 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     const Animation& animation = *opened;
     const Topology& topology = animation.topology();
     const double frame = select_frame(options.frame, std::nullopt, animation);
-    const AnimationScene scene(morphray::Device::cpu(), {.view = {}}, animation, frame, messages);
-    const std::uint64_t not_finite = count_not_finite(topology, scene.positions());
-    const std::span<const vec3> positions = engine::positions(scene.scene());
+    std::vector<vec3> positions(topology.vertex_count);
+    animation.positions(frame, positions);
+    const std::uint64_t not_finite = count_not_finite(topology, positions);
+    const PoseExtent pose(positions, used_vertices(topology));
+    const SceneSpace space = space_of_pose(animation.bounds(), pose);
+    if (const std::uint64_t far = pose.count_beyond(space.limit()); far > 0)
+        messages.warn(warning_of_far(animation, far));
+    space.to_scene(positions, positions);
     const DegenerateCount degenerate = count_degenerate(topology, positions);
     Json json = head_of("info", animation);
     json["first_frame"] = animation.first_frame();
@@ -100,7 +103,7 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
         json["bounds"] = {{"lower", corner(bounds.lower)}, {"upper", corner(bounds.upper)}};
     }
     json["origin"] = {origin.at.x, origin.at.y, origin.at.z};
-    json["scene_exponent"] = engine::space(scene.scene()).exponent();
+    json["scene_exponent"] = space.exponent();
     json["not_finite"] = not_finite;
     json["too_far"] = degenerate.left_out - not_finite;
     json["zero_area"] = degenerate.zero_area;
@@ -117,7 +120,10 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", named.name},
                                       {"shown", named.is_shown}});
-    if (options.tree_facts) json["tree"] = describe_tree(scene);
+    if (options.tree_facts) {
+        json["tree"] = describe_tree(
+            AnimationScene(morphray::Device::cpu(), {.view = {}}, animation, frame, messages));
+    }
     return json;
 }
 

@@ -1,5 +1,5 @@
-// What is behind a Scene, for the program's commands that compare and measure backends. Everything
-// here has scene space.
+// What is behind a Scene, for the program's commands that compare and measure backends. Positions,
+// trees and hits are in scene space.
 #pragma once
 
 #include <memory>

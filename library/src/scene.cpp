@@ -251,7 +251,7 @@ void SceneImpl::change_meshes() {
     }
 }
 
-/// Reads these vertices again, and brings the tree to them.
+/// Reads these vertices again; the tree stays as it is.
 std::vector<mray::IndexRange> SceneImpl::read(std::span<const MeshVertices> vertices) {
     const mray::Stopwatch watch;
     std::vector<mray::IndexRange> changed = pose_.read(meshes_, vertices, arena());
@@ -261,6 +261,7 @@ std::vector<mray::IndexRange> SceneImpl::read(std::span<const MeshVertices> vert
     return changed;
 }
 
+/// Reads these vertices again, and brings the tree to them.
 void SceneImpl::follow(std::span<const MeshVertices> vertices) {
     const std::vector<mray::IndexRange> changed = read(vertices);
     updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});

@@ -68,7 +68,6 @@ public:
     /// Queries lock it for a tracer that answers no threads, and for the members below.
     std::mutex& mutex() const { return mutex_; }
     mray::Backend& tracer() const { return *tracer_; }
-    mray::TreeUpdater& updater() { return *updater_; }
     /// Makes the host's tree one that threads may read without the mutex, which must be free.
     void fetch_tree();
     /// The last update, with the times that are known by now.

@@ -52,7 +52,8 @@ public:
     /// has changed in scene space.
     std::vector<mray::IndexRange> read_list(const MeshList& meshes, mray::ThreadArena& arena);
     /// Reads these vertices. Returns vertices besides which none has changed in scene space.
-    std::vector<mray::IndexRange> read(const MeshList& meshes, std::span<const MeshVertices> pieces,
+    std::vector<mray::IndexRange> read(const MeshList& meshes,
+                                       std::span<const MeshVertices> vertices,
                                        mray::ThreadArena& arena);
     /// Counts the vertices that are left out, by meshes that have some.
     std::vector<LeftOut> left_out(const MeshList& meshes) const;
@@ -65,7 +66,7 @@ private:
     };
 
     void move_kept_meshes(const MeshList& meshes);
-    bool read_of_mesh(const MeshVertices& piece, mray::ThreadArena& arena);
+    bool read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena);
     template <class Use>
     void for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                             Use use) const;
