@@ -5,9 +5,9 @@
 
 #include "app/base/messages.h"
 #include "app/commands/commands.h"
-#include "common/report/compare.h"
 #include "common/text/text.h"
 #include "morphray/images.hpp"
+#include "report/compare.h"
 
 namespace mray::app {
 namespace {

@@ -11,13 +11,13 @@
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/frame_times.h"
-#include "common/report/table.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "common/text/text.h"
 #include "common/version.h"
 #include "library/src/engine.h"
+#include "report/table.h"
 #include "scenes/procedural/procedural.h"
 
 namespace mray::app {

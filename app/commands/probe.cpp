@@ -19,10 +19,10 @@
 #include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/surface.h"
-#include "common/report/table.h"
 #include "common/scene/mesh.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"
+#include "report/table.h"
 
 namespace mray::app {
 namespace {

@@ -17,12 +17,12 @@
 #include "common/base/errors.h"
 #include "common/bvh/bvh.h"
 #include "common/frame_times.h"
-#include "common/report/plot.h"
-#include "common/report/shell.h"
-#include "common/report/spread.h"
-#include "common/report/table.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"
+#include "report/plot.h"
+#include "report/shell.h"
+#include "report/spread.h"
+#include "report/table.h"
 
 namespace mray::app {
 namespace {

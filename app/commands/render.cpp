@@ -23,11 +23,11 @@
 #include "common/base/output_file.h"
 #include "common/image/frame.h"
 #include "common/image/png.h"
-#include "common/report/shell.h"
-#include "common/report/table.h"
 #include "common/text/text.h"
 #include "common/version.h"
 #include "morphray/images.hpp"
+#include "report/shell.h"
+#include "report/table.h"
 
 namespace mray::app {
 namespace {

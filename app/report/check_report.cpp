@@ -7,11 +7,11 @@
 #include <string_view>
 
 #include "app/report/page.h"
-#include "common/report/compare.h"
-#include "common/report/shell.h"
-#include "common/report/table.h"
 #include "common/text/text.h"
 #include "common/version.h"
+#include "report/compare.h"
+#include "report/shell.h"
+#include "report/table.h"
 
 namespace mray::app {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "common/frame_times.h"
-#include "common/report/compare.h"
 #include "morphray/device.hpp"
+#include "report/compare.h"
 #include "scenes/animation.h"
 
 namespace mray::app {

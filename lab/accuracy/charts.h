@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "common/backend.h"
-#include "common/report/plot.h"
-#include "common/report/table.h"
 #include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/exact_referee.h"
+#include "report/plot.h"
+#include "report/table.h"
 
 namespace mray::lab {
 

@@ -8,11 +8,11 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/report/machine.h"
-#include "common/report/plot.h"
-#include "common/report/shell.h"
 #include "gpu/vulkan_backend.h"
 #include "lab/accuracy/charts.h"
+#include "report/machine.h"
+#include "report/plot.h"
+#include "report/shell.h"
 #include "scenes/animation.h"
 
 namespace mray::lab {

@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "common/report/shell.h"
 #include "lab/methods/tracers.h"
+#include "report/shell.h"
 
 namespace mray::lab {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/output_file.h"
-#include "common/report/spread.h"
+#include "report/spread.h"
 
 namespace mray::lab {
 namespace {

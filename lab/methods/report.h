@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/frame_times.h"
-#include "common/report/machine.h"
-#include "common/report/table.h"
+#include "report/machine.h"
+#include "report/table.h"
 
 namespace mray::lab {
 

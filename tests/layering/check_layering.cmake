@@ -6,11 +6,11 @@ cmake_minimum_required(VERSION 3.25)
 
 # A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
 # room X may include, besides its own.
-set(rooms common/interop common/report common cpu gpu shaders library/include library/src library/embree
+set(rooms common/interop report common cpu gpu shaders library/include library/src library/embree
     library/python library/examples scenes lab/methods lab/accuracy lab/bench lab/proofs app tests)
 set(may_see_common/interop)
 set(may_see_common common/interop)
-set(may_see_common/report common common/interop)
+set(may_see_report common common/interop)
 set(may_see_cpu common common/interop)
 set(may_see_gpu shaders common common/interop)
 set(may_see_shaders common/interop)
@@ -19,13 +19,13 @@ set(may_see_library/src library/include cpu gpu common common/interop)
 set(may_see_library/embree library/include)
 set(may_see_library/python library/include)
 set(may_see_library/examples library/include)
-set(may_see_scenes common/report common common/interop)
-set(may_see_lab/methods common/report cpu common common/interop)
-set(may_see_lab/accuracy lab/methods common/report scenes cpu gpu common common/interop)
-set(may_see_lab/bench lab/methods library/include common/report scenes cpu gpu shaders common common/interop)
+set(may_see_scenes common common/interop)
+set(may_see_lab/methods report cpu common common/interop)
+set(may_see_lab/accuracy lab/methods report scenes cpu gpu common common/interop)
+set(may_see_lab/bench lab/methods library/include report scenes cpu gpu shaders common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
-set(may_see_app library/include library/src common/report scenes common common/interop)
-set(may_see_tests library/include library/src common/report scenes cpu gpu common common/interop)
+set(may_see_app library/include library/src report scenes common common/interop)
+set(may_see_tests library/include library/src report scenes cpu gpu common common/interop)
 # Further rooms of a folder of tests.
 set(tests_of_app app)
 set(tests_of_fuzz app)
@@ -235,7 +235,7 @@ endforeach()
 # begins at the root or in the folder of its document, or it is the end of one. A file of another commit is
 # named COMMIT:PATH, and runs write into out/. A name, which must occur outside comments, is f(), kConstant or
 # TwoWords. CHANGELOG.md names what has been removed.
-set(folders .ci app cmake common cpu docs gpu lab library scenes shaders tests)
+set(folders .ci app cmake common cpu docs gpu lab library report scenes shaders tests)
 list(TRANSFORM folders PREPEND ${ROOT}/ OUTPUT_VARIABLE globs)
 list(TRANSFORM globs APPEND /*)
 file(GLOB_RECURSE paths RELATIVE ${ROOT} ${globs})

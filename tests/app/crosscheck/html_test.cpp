@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/report/check_report.h"
-#include "common/report/shell.h"
+#include "report/shell.h"
 #include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"
 

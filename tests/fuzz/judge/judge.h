@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "common/backend.h"
-#include "common/report/compare.h"
 #include "common/update/tree_updater.h"
+#include "report/compare.h"
 #include "tests/fuzz/case.h"
 #include "tests/support/query_answers.h"
 

@@ -1,5 +1,5 @@
 // Figures that gnuplot draws from a CSV file, and what is said where it cannot.
-#include "common/report/plot.h"
+#include "report/plot.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/report/table.h"
+#include "report/table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/report/spread.h"
+#include "report/spread.h"
 
 #include <gtest/gtest.h>
 

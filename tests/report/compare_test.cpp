@@ -1,4 +1,4 @@
-#include "common/report/compare.h"
+#include "report/compare.h"
 
 #include <gtest/gtest.h>
 

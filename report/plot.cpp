@@ -1,4 +1,4 @@
-#include "common/report/plot.h"
+#include "report/plot.h"
 
 #include <fmt/format.h>
 #include <stdlib.h>
@@ -9,8 +9,8 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/report/shell.h"
 #include "common/text/text.h"
+#include "report/shell.h"
 
 namespace mray::plot {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/report/shell.h"
+#include "report/shell.h"
 
 #include <gtest/gtest.h>
 
