@@ -17,9 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 640;
-/// The characters of a line that fit in there.
-constexpr std::size_t kLineLength = 74;
+/// The mean width of a character, in pixels.
+constexpr double kCharacter = 8.5;
 
 /// A temporary file, removed at the end.
 class ScratchFile {
@@ -68,16 +67,17 @@ std::string quoted(std::string_view text) {
 }
 
 std::string settings(const Figure& figure, const std::string& csv, std::string_view format) {
-    std::string text = fmt::format("width={};panel_height={};panels={}", kWidth,
+    std::string text = fmt::format("width={};panel_height={};panels={}", figure.width,
                                    figure.panel_height, figure.panels.size());
     const auto set = [&text](const std::string& name, std::string_view value) {
         if (!value.empty()) text += fmt::format(";{}={}", name, quoted(value));
     };
+    const auto line_length = static_cast<std::size_t>((figure.width - 10) / kCharacter);
     set("csv", csv);
     set("format", format);
     for (const auto& [name, long_text] :
          {std::pair{"head", figure.title}, {"foot", figure.footer}}) {
-        const std::string short_lines = wrapped(long_text, 0, kLineLength);
+        const std::string short_lines = wrapped(long_text, 0, line_length);
         const std::vector<std::string_view> lines = split(short_lines, '\n');
         text += fmt::format(";{}s={}", name, short_lines.empty() ? 0 : lines.size());
         for (std::size_t i = 0; i < lines.size(); ++i)

@@ -15,6 +15,7 @@ struct Figure {
     std::string title = {};
     std::string footer = {};
     /// Pixels.
+    int width = 640;
     int panel_height = 200;
     std::vector<Panel> panels = {};
 };
@@ -22,7 +23,7 @@ struct Figure {
 /// Throws Error(kUnavailable) without gnuplot or its script; `who` begins the message.
 void require_gnuplot(std::string_view who);
 
-/// Draws a figure of columns of this CSV as "svg" or "png", 640 pixels wide. Throws Error:
+/// Draws a figure of columns of this CSV as "svg", "pdf" or "png". Throws Error:
 /// kInternal if gnuplot fails, kUnavailable without the script, kOutput without a temporary file.
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format);
 

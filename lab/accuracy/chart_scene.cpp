@@ -1,14 +1,20 @@
 #include "lab/accuracy/chart_scene.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 #include <random>
 
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
-#include "common/scene/scene_space.h"
+#include "cpu/reference/scalar_tracer.h"
 
 namespace mray::lab {
 namespace {
@@ -56,29 +62,148 @@ Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     return bvh;
 }
 
-/// Camera rays from the same eye in both spaces.
-void add_camera_rays(ChartScene& scene, ViewSpec view, const WorldBounds& bounds,
-                     const SceneSpace& space) {
-    const vec3 eye = space.to_world(make_image_params(view, bounds, space).camera.org);
-    view.eye = Point{eye.x, eye.y, eye.z};
-    ImageParams params = make_image_params(view, bounds, space);
-    scene.scene_space.camera = make_primary_rays(params);
-    params.camera.org = space.to_world(params.camera.org);
-    scene.world_space.camera = make_primary_rays(params);
+/// A point that both spaces have exactly.
+vec3 shared_point(const SceneSpace& space, vec3 scene) {
+    return space.point_to_scene(space.to_world(scene), "a ray's origin");
 }
 
-void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t count) {
-    const std::vector<vec3>& positions = scene.scene_space.positions;
-    RaySet& ours = scene.scene_space.aimed;
-    RaySet& theirs = scene.world_space.aimed;
-    // They are as incoherent as diffuse rays.
-    ours.kind = theirs.kind = RayKind::kDiffuse;
-    if (scene.topology.triangles.empty()) return;
-    const auto close_tiles = [&] {
-        ours.close_tile({});
-        theirs.close_tile({});
+/// A turn around the scene that never comes back to the same place.
+constexpr double kGoldenAngle = 2.399963229728653;
+
+/// The pixels of a square image; its eye and light are points of both spaces.
+RaySet camera_rays(const ChartScene& scene, std::size_t chunk, std::uint32_t side) {
+    ViewSpec view;
+    view.width = view.height = side;
+    view.fov = kChartFov;
+    const ResolvedView first = resolve_view(view, scene.bounds);
+    const dvec3 target = to_dvec3(first.target);
+    const dvec3 way = to_dvec3(first.eye) - target;
+    const double angle = kGoldenAngle * static_cast<double>(chunk);
+    view.target = first.target;
+    view.eye = to_point(target + dvec3(std::cos(angle) * way.x + std::sin(angle) * way.z, way.y,
+                                       std::cos(angle) * way.z - std::sin(angle) * way.x));
+    ImageParams params = make_image_params(view, scene.bounds, scene.space);
+    view.eye = to_point(dvec3(scene.space.to_world(params.camera.org)));
+    view.light = to_point(dvec3(scene.space.to_world(params.light)));
+    params = make_image_params(view, scene.bounds, scene.space);
+    return make_primary_rays(params);
+}
+
+/// Where the rays of a grid go: pixel (x, y) to forward + (x - 31.5) right + (y - 31.5) down.
+struct Grid {
+    dvec3 org, right, down, forward;
+
+    /// The direction of a place in pixels.
+    vec3 dir(double x, double y) const {
+        const double middle = 0.5 * kTileSize - 0.5;
+        return canonical_direction(vec3(forward + (x - middle) * right + (y - middle) * down));
+    }
+    /// The place of a point in front of the grid, in pixels.
+    dvec3 place(const dvec3& p) const {
+        const dvec3 way = p - org;
+        const double z = glm::dot(way, forward);
+        const double scale = z * glm::dot(right, right);
+        const double middle = 0.5 * kTileSize - 0.5;
+        return {glm::dot(way, right) / scale + middle, glm::dot(way, down) / scale + middle, z};
+    }
+};
+
+/// The farthest that an aimed ray is from its place on the grid, in pixels.
+constexpr double kMostTurn = 0.4;
+
+/// The ray of pixel (x, y), which hits a triangle, turned to its nearest corner or edge.
+vec3 aimed_direction(const Grid& grid, double x, double y, const std::array<dvec3, 3>& corner) {
+    std::array<dvec3, 3> place;
+    for (std::size_t i = 0; i < 3; ++i) {
+        place[i] = grid.place(corner[i]);
+        if (!(place[i].z > 0)) return grid.dir(x, y);
+    }
+    const auto distance = [&](const dvec3& p) {
+        return std::max(std::abs(p.x - x), std::abs(p.y - y));
     };
-    Random random(7);
+    const auto toward = [&](const dvec3& p) { return canonical_direction(vec3(p - grid.org)); };
+    for (std::size_t i = 0; i < 3; ++i)
+        if (distance(place[i]) <= kMostTurn) return toward(corner[i]);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const dvec3& p = corner[i];
+        const dvec3 edge = corner[(i + 1) % 3] - p;
+        // The edge's nearest point to the ray's line.
+        const dvec3 d(grid.dir(x, y));
+        const dvec3 across = edge - glm::dot(edge, d) / glm::dot(d, d) * d;
+        const double length2 = glm::dot(across, across);
+        if (!(length2 > 0)) continue;
+        const dvec3 nearest =
+            p + std::clamp(glm::dot(grid.org - p, across) / length2, 0.0, 1.0) * edge;
+        if (distance(grid.place(nearest)) <= kMostTurn) return toward(nearest);
+    }
+    return grid.dir(x, y);
+}
+
+/// An origin near to a target, around the scene, far away or inside, and axes towards the target.
+Grid make_grid(const ChartScene& scene, Random& random, std::size_t number) {
+    constexpr std::array kReach = {0.02, 1.0, 3.0, 0.3};
+    const std::vector<vec3>& positions = scene.scene_space.positions;
+    const std::vector<uvec3>& triangles = scene.topology.triangles;
+    const uvec3 t = triangles[random.below(triangles.size())];
+    const dvec3 target =
+        (dvec3(positions[t.x]) + dvec3(positions[t.y]) + dvec3(positions[t.z])) / 3.0;
+    const double reach = kReach[number % 4] * kSceneExtent;
+    dvec3 org;
+    for (int axis = 0; axis < 3; ++axis)
+        org[axis] = (number % 4 == 0 ? target[axis] : 0) + random.real(-reach, reach);
+    org = dvec3(shared_point(scene.space, vec3(org)));
+    const dvec3 forward = direction_of(target - org);
+    // Pixels of the size of a triangle, half or a quarter of it.
+    const double size = glm::length(dvec3(positions[t.y]) - dvec3(positions[t.x])) /
+                        std::max(glm::length(target - org), 1e-30);
+    const double step = std::clamp(size * std::array{0.25, 0.5, 1.0}[number / 4 % 3], 1e-7, 0.02);
+    const dvec3 up = std::abs(forward.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0);
+    const dvec3 right = direction_of(glm::cross(forward, up));
+    return {org, step * right, step * glm::cross(forward, right), forward};
+}
+
+RaySet aimed_tiles(const ChartScene& scene, std::size_t chunk, std::size_t tiles) {
+    RaySet set;
+    set.kind = RayKind::kAimed;
+    const cpu::Tile tile{0, 0, kTileSize, kTileSize};
+    constexpr std::size_t kTileRays = std::size_t{kTileSize} * kTileSize;
+    set.rays.resize(tiles * kTileRays);
+    set.stored.resize(set.rays.size());
+    const cpu::ScalarTracer tracer(scene.scene_space.bvh);
+    tbb::parallel_for(std::size_t{0}, tiles, [&](std::size_t number) {
+        Random random(1000003 * chunk + number);
+        const Grid grid = make_grid(scene, random, number);
+        std::size_t at = number * kTileRays;
+        for_each_pixel(tile, [&](std::uint32_t x, std::uint32_t y) {
+            Ray& ray = set.rays[at++];
+            ray = {vec3(grid.org), 0, grid.dir(x, y), kInfiniteT};
+            const Hit hit = tracer.intersect(ray);
+            // The grid is fitted to the rays at its corners.
+            const bool is_corner = (x == 0 || x == kTileSize - 1) && (y == 0 || y == kTileSize - 1);
+            if (hit.prim_id != kNoPrim && !is_corner) {
+                const uvec3 t = scene.topology.triangles[hit.prim_id];
+                const std::vector<vec3>& p = scene.scene_space.positions;
+                ray.dir =
+                    aimed_direction(grid, x, y, {dvec3(p[t.x]), dvec3(p[t.y]), dvec3(p[t.z])});
+            }
+            StoredRay& stored = set.stored[number * kTileRays + y * kTileSize + x];
+            std::memcpy(&stored, &ray, sizeof stored);
+            stored.tfar = std::numeric_limits<float>::infinity();
+        });
+    });
+    set.active.assign(set.rays.size(), 1);
+    set.active_count = set.rays.size();
+    for (std::size_t i = 0; i < tiles; ++i)
+        set.tiles.push_back({tile, i * kTileRays, (i + 1) * kTileRays});
+    return set;
+}
+
+RaySet rays_in_any_order(const ChartScene& scene, std::size_t chunk, std::size_t count) {
+    const std::vector<vec3>& positions = scene.scene_space.positions;
+    RaySet set;
+    // They are as incoherent as diffuse rays.
+    set.kind = RayKind::kDiffuse;
+    Random random(7 + chunk);
     // One ray in this many runs along an axis.
     constexpr std::size_t kAlongAxis = 8;
     for (std::size_t i = 0; i < count; ++i) {
@@ -103,9 +228,7 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
             org = target;
             org[axis] = start;
         }
-        // Floats of world space, and the same point in scene space.
-        const vec3 world_org = space.to_world(org);
-        org = space.point_to_scene(world_org, "a ray's origin");
+        org = shared_point(scene.space, org);
         vec3 way = target - org;
         if (along) {
             way = vec3(0, 0, 0);
@@ -113,11 +236,11 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
         }
         const vec3 dir = canonical_direction(way);
         if (dir == vec3(0, 0, 0) || !is_finite_vertex(target)) continue;
-        ours.rays.push_back({org, 0, dir, kInfiniteT});
-        theirs.rays.push_back({world_org, 0, dir, kInfiniteT});
-        if (ours.rays.size() % (kTileSize * kTileSize) == 0) close_tiles();
+        set.rays.push_back({org, 0, dir, kInfiniteT});
+        if (set.rays.size() % (kTileSize * kTileSize) == 0) set.close_tile({});
     }
-    close_tiles();
+    set.close_tile({});
+    return set;
 }
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -248,22 +371,54 @@ ChartInput detail() {
 
 }  // namespace
 
-ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed) {
+ChartScene make_chart_scene(const Topology& topology, std::span<const vec3> positions,
+                            const WorldBounds& bounds) {
     ChartScene scene;
-    scene.topology = input.topology;
-    scene.world_space.positions = input.positions;
-    const WorldBounds bounds = bounds_of(scene.world_space.positions);
-    const SceneSpace space(bounds);
-    scene.scene_space.positions.resize(input.positions.size());
-    space.to_scene(scene.world_space.positions, scene.scene_space.positions);
+    scene.topology = topology;
+    scene.world_space.positions.assign(positions.begin(), positions.end());
+    scene.bounds = bounds;
+    scene.space = SceneSpace(bounds);
+    scene.scene_space.positions.resize(positions.size());
+    scene.space.to_scene(positions, scene.scene_space.positions);
     scene.scene_space.bvh = build_bvh(scene.topology, scene.scene_space.positions);
     scene.world_space.bvh = tree_around(scene.scene_space.bvh, scene.world_space.positions);
-    ViewSpec view;
-    view.width = view.height = side;
-    view.fov = kChartFov;
-    add_camera_rays(scene, view, bounds, space);
-    add_aimed_rays(scene, space, aimed);
     return scene;
+}
+
+ChartScene make_chart_scene(const ChartInput& input) {
+    return make_chart_scene(input.topology, input.positions, bounds_of(input.positions));
+}
+
+RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk,
+                       std::size_t count) {
+    const std::size_t tiles = std::max<std::size_t>(1, count / (kTileSize * kTileSize));
+    if (scene.topology.triangles.empty()) return {};
+    if (kind == RayKind::kDiffuse) return rays_in_any_order(scene, chunk, count);
+    if (kind == RayKind::kAimed) return aimed_tiles(scene, chunk, tiles);
+    const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(tiles))) * kTileSize;
+    RaySet camera = camera_rays(scene, chunk, side);
+    if (kind == RayKind::kPrimary) return camera;
+    const Tracer tracer = packet_tracer(scene.scene_space.bvh, best_simd_target(), camera);
+    return make_secondary_rays(camera, trace_all(tracer, camera).hits,
+                               {&scene.topology, scene.scene_space.positions}, kind);
+}
+
+RaySet to_world(RaySet rays, const SceneSpace& space) {
+    const auto length = [&](float scene) {
+        return std::min(static_cast<float>(space.length_to_world(scene)), kInfiniteT);
+    };
+    const auto convert = [&](Ray& ray) {
+        ray.org = space.to_world(ray.org);
+        if (ray.tfar < kInfiniteT) ray.tfar = length(ray.tfar);
+    };
+    for (Ray& ray : rays.rays) convert(ray);
+    // Only the program's own packets take these.
+    rays.stored.clear();
+    for (std::size_t i = 0; i < rays.rays.size() && !rays.shadows.empty(); ++i)
+        rays.shadows[i / kPacketSize].set(i % kPacketSize, rays.rays[i]);
+    rays.params.camera.org = space.to_world(rays.params.camera.org);
+    rays.params.light = space.to_world(rays.params.light);
+    return rays;
 }
 
 std::vector<ChartInput> failure_scenes() {

@@ -1,45 +1,66 @@
-// The scenes of charts: one frame with its trees and rays.
+// The scenes of charts, and their rays.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
+#include "common/scene/scene_space.h"
+#include "lab/methods/peer_tree.h"
 #include "lab/methods/tracers.h"
 
 namespace mray::lab {
 
-/// What a method traces: in scene space for the program's rule, in world space for others.
+/// Positions and the tree over them, as a method traces them.
 struct ChartSpace {
     std::vector<vec3> positions;
     Bvh bvh;
-    RaySet camera;
-    /// Rays at vertices, points of edges and of faces, from outside and inside the scene.
-    RaySet aimed;
 };
 
-/// One frame of a scene, in world space.
+/// A scene in world space: its middle frame, and some frames from its first on if it moves.
 struct ChartInput {
     std::string name;
     Topology topology;
     std::vector<vec3> positions;
+    std::vector<double> frame_numbers = {};
+    std::vector<std::vector<vec3>> frames = {};
 };
 
-/// Both spaces have the same rays, in the same order.
+/// The program's methods trace scene space, all others world space. The mesh, the rays and the tree
+/// are the same in both.
 struct ChartScene {
     Topology topology;
+    WorldBounds bounds;
+    SceneSpace space{WorldBounds{}};
     ChartSpace scene_space;
     ChartSpace world_space;
 };
 
+/// `bounds` holds the positions. Throws what the builder throws.
+ChartScene make_chart_scene(const Topology& topology, std::span<const vec3> positions,
+                            const WorldBounds& bounds);
+/// Of the middle frame.
+ChartScene make_chart_scene(const ChartInput& input);
+
 /// Field of view in degrees, narrow enough for most pixels to show the scene.
 inline constexpr double kChartFov = 20;
 
-/// Makes the scene of a frame: side x side pixels (a multiple of kTileSize) from the default view
-/// with kChartFov, and `aimed` aimed rays. Throws what the builder and the camera throw.
-ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed);
+/// Some rays of a kind, in scene space, about `count` (rounded to tiles of 64 x 64). Each `chunk`
+/// has others:
+///   kPrimary  the pixels of a camera, from an eye of its own around the scene
+///   kAimed    tiles of such pixels from near, far, inside and outside, each turned to the nearest
+///             vertex or edge if that is within 0.4 pixels
+///   kShadow   from the light to what the camera sees
+///   kDiffuse  in any order: at vertices, points of edges and of faces, from anywhere; one in eight
+///             along an axis
+/// Throws what the camera throws.
+RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk, std::size_t count);
+
+/// The same rays in world space, exactly.
+RaySet to_world(RaySet rays, const SceneSpace& space);
 
 /// Small scenes on which intersection rules fail: a sphere, far from 0, tiny and huge; needles; a
 /// fan of thin triangles; duplicate and coplanar triangles; details of 1 in an extent of 1e6.

@@ -4,304 +4,294 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
-
-#include "common/base/errors.h"
-#include "lab/methods/report.h"
-#include "lab/methods/rules.h"
-#ifdef MORPHRAY_EMBREE
-#include "lab/methods/embree.h"
-#endif
+#include <array>
+#include <functional>
+#include <limits>
+#include <map>
 
 namespace mray::lab {
-namespace {
 
-/// The exact answers to the rays of a set, which it outlives as the space does.
-class Judge {
-public:
-    Judge(const ExactReferee& referee, const RaySet& set)
-        : referee_(referee), set_(set), truths_(set.rays.size()) {
-        for_each_ray([&](std::size_t i) { truths_[i] = referee.closest(set.rays[i]); });
-    }
-
-    VerdictCounts count(std::span<const Hit> hits) const {
-        std::array<std::atomic<std::uint64_t>, kVerdictCount> counts{};
-        for_each_ray([&](std::size_t i) {
-            const Verdict verdict = referee_.judge(set_.rays[i], truths_[i], hits[i].prim_id);
-            ++counts[static_cast<std::size_t>(verdict)];
-        });
-        VerdictCounts result;
-        result.rays = set_.active_count;
-        std::copy(counts.begin(), counts.end(), result.of.begin());
-        return result;
-    }
-
-private:
-    template <class Visit>
-    void for_each_ray(const Visit& visit) const {
-        for_each_tile(set_, set_.whole(), [&](const TileRays& tile) {
-            for (std::size_t i = tile.begin; i < tile.end; ++i)
-                if (set_.active[i] != 0) visit(i);
-        });
-    }
-
-    const ExactReferee& referee_;
-    const RaySet& set_;
-    std::vector<Truth> truths_;
-};
-
-struct SpaceJudges {
-    SpaceJudges(const ChartScene& scene, const ChartSpace& space)
-        : referee(scene.topology, space.positions, space.bvh),
-          camera(referee, space.camera),
-          aimed(referee, space.aimed) {}
-
-    ExactReferee referee;
-    Judge camera;
-    Judge aimed;
-};
-
-ChartMethod single_method(const ChartScene& scene) {
-    return {"single", &scene.scene_space, [&scene](const RaySet& set) {
-                return stream_tracer(scene.scene_space.bvh, best_simd_target(), set);
-            }};
-}
-
-/// By another rule or tracer over world space.
-std::vector<ChartMethod> peer_methods(const ChartScene& scene) {
-    const ChartSpace& space = scene.world_space;
-    std::vector<ChartMethod> methods;
-    const auto add_rule = [&](const char* name, const auto& trace) {
-        methods.push_back({name, &space, [&space, trace](const RaySet& set) {
-                               return stream_tracer(
-                                   "", std::bind_front(trace, std::cref(space.bvh)), set);
-                           }});
-    };
-    add_rule("rule: Moeller-Trumbore", trace_by_moeller_trumbore);
-    add_rule("rule: Woop", trace_by_woop);
-#ifdef MORPHRAY_EMBREE
-    struct OwnScene {
-        OwnScene(const ChartScene& chart, bool robust)
-            : scene(device, chart.topology, chart.world_space.positions, RTC_BUILD_QUALITY_MEDIUM,
-                    robust) {
-            scene.commit();
-        }
-        EmbreeDevice device{0, ""};
-        EmbreeScene scene;
-    };
-    for (const bool robust : {false, true}) {
-        methods.push_back({robust ? "Embree robust" : "Embree fast", &space,
-                           [own = std::make_shared<const OwnScene>(scene, robust)](
-                               const RaySet& set) { return embree_tracer(own->scene, set); }});
-    }
-#endif
-    return methods;
-}
+std::string number(double value) { return fmt::format("{:.4g}", value); }
 
 Table table_with(std::vector<std::string> header) {
-    header.insert(header.end(), {"Mray/s", "leaks", "false misses", "false hits", "wrong triangles",
-                                 "close", "displaced", "beside"});
-    return Table(header);
+    const std::string rate = " [1/million]";
+    header.insert(header.end(), {"rays",
+                                 "judged exactly",
+                                 "wrong",
+                                 "wrong" + rate,
+                                 "wrong lower 95 %" + rate,
+                                 "wrong upper 95 %" + rate,
+                                 "leaks",
+                                 "false misses",
+                                 "false hits",
+                                 "wrong triangles",
+                                 "close",
+                                 "displaced",
+                                 "beside",
+                                 "t median [ulp]",
+                                 "t 99 % [ulp]",
+                                 "t largest [ulp]",
+                                 "u 99 % [ulp of 1]",
+                                 "u largest [ulp of 1]",
+                                 "v 99 % [ulp of 1]",
+                                 "v largest [ulp of 1]",
+                                 "speed [Mray/s]",
+                                 "speed lower quartile [Mray/s]",
+                                 "speed upper quartile [Mray/s]"});
+    return Table(std::move(header));
 }
 
-void add_row(Table& table, std::vector<std::string> row, const Measured& measured) {
-    const VerdictCounts both = measured.camera + measured.aimed;
-    row.push_back(fmt::format("{:.4g}", measured.mrays));
+void add_row(Table& table, std::vector<std::string> row, const Score& score) {
+    const Rate rate = rate_of(score.wrong(), score.rays);
+    row.push_back(std::to_string(score.rays));
+    row.push_back(std::to_string(score.exact));
+    row.push_back(std::to_string(score.wrong()));
+    for (const double part : {rate.value, rate.lower, rate.upper})
+        row.push_back(number(1e6 * part));
     for (const Verdict verdict :
          {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
           Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside})
-        row.push_back(std::to_string(both[verdict]));
-    table.add(row);
+        row.push_back(std::to_string(score[verdict]));
+    const auto& [t, u, v] = score.errors;
+    // Occlusion has no t.
+    const bool has_t = t.count() > 0;
+    for (const double error : {t.quantile(0.5), t.quantile(0.99), t.largest(), u.quantile(0.99),
+                               u.largest(), v.quantile(0.99), v.largest()})
+        row.push_back(has_t ? number(error) : "");
+    const Spread spread = spread_of(score.mrays);
+    for (const double speed : {score.mrays_per_second(), spread.lower, spread.upper})
+        row.push_back(number(speed));
+    table.add(std::move(row));
 }
 
-void add_counts(std::vector<std::string>& row, const VerdictCounts& counts) {
-    row.push_back(std::to_string(counts.rays));
-    row.push_back(std::to_string(counts.wrong()));
-    row.push_back(fmt::format("{:.4g}", counts.wrong_per_million()));
+std::string count_text(std::uint64_t count) {
+    if (count < 100'000) return std::to_string(count);
+    return fmt::format("{:.3g} million", 1e-6 * static_cast<double>(count));
 }
 
-plot::Panel panel_of(const std::string& title, const std::string& rays, std::uint64_t count) {
-    const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, count));
-    const int threads = tbb::this_task_arena::max_concurrency();
-    return {{"kind", "points"},
-            {"title", title},
-            {"x", rays + " wrong/M"},
-            {"y", "Mray/s"},
-            {"series", "method"},
-            {"xlabel", fmt::format("wrong answers per million rays (one ray: {:.2g})", one)},
-            {"ylabel", fmt::format("Mray/s on {} thread{}", threads, threads == 1 ? "" : "s")},
-            {"logx", "10"}};
+std::string shown_rate(const Score& score) {
+    const Rate rate = rate_of(score.wrong(), score.rays);
+    return number(1e6 * (score.wrong() == 0 ? rate.upper : rate.value));
 }
+namespace {
 
-/// "5 of 9 methods have no wrong answer; the fastest of them is packets with 102 Mray/s".
-std::string sentence_of(const std::vector<Measured>& points) {
-    const Measured* fastest = nullptr;
-    std::size_t right = 0;
-    for (const Measured& point : points) {
-        if (point.camera.wrong() + point.aimed.wrong() > 0) continue;
-        ++right;
-        if (fastest == nullptr || point.mrays > fastest->mrays) fastest = &point;
+constexpr std::array kKinds = {RayKind::kPrimary, RayKind::kAimed, RayKind::kShadow,
+                               RayKind::kDiffuse};
+
+const char* title_of(RayKind kind) {
+    switch (kind) {
+        case RayKind::kPrimary:
+            return "camera rays";
+        case RayKind::kAimed:
+            return "rays at vertices and edges, from shared origins";
+        case RayKind::kShadow:
+            return "shadow rays";
+        default:
+            return "rays at vertices, edges and faces, in any order";
     }
-    if (right == 0) return fmt::format("each of {} methods has wrong answers", points.size());
-    return fmt::format(
-        "{} of {} methods have no wrong answer; the fastest of them is {} with {:.3g} Mray/s",
-        right, points.size(), fastest->method, fastest->mrays);
 }
 
-std::vector<ChartMethod> with_peers(std::vector<ChartMethod> methods, const ChartScene& scene) {
-    std::ranges::move(peer_methods(scene), std::back_inserter(methods));
-    return methods;
+plot::Panel panel_of(const std::vector<ChartPoint>& points, RayKind kind, bool of_errors) {
+    std::uint64_t most = 0;
+    std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+    for (const ChartPoint& point : points) {
+        if (point.kind != kind) continue;
+        most = std::max(most, point.score.rays);
+        least = std::min(least, point.score.rays);
+    }
+    const int threads = tbb::this_task_arena::max_concurrency();
+    plot::Panel panel{
+        {"kind", "points"},
+        {"title", fmt::format("{}: {} to {}", title_of(kind), count_text(least), count_text(most))},
+        {"where", "kind"},
+        {"is", name_of(kind)},
+        {"series", "method"},
+        {"family", "family"},
+        {"y", "speed [Mray/s]"},
+        {"lower", "speed lower quartile [Mray/s]"},
+        {"upper", "speed upper quartile [Mray/s]"},
+        {"ylabel", fmt::format("Mray/s on {} thread{}", threads, threads == 1 ? "" : "s")},
+        {"logx", "10"}};
+    if (of_errors) {
+        panel.insert({{"x", "t 99 % [ulp]"},
+                      {"xlower", "t median [ulp]"},
+                      {"xupper", "t largest [ulp]"},
+                      {"xlabel", "error of t [ulp]: 99 %, from the median to the largest"}});
+    } else {
+        panel.insert({{"x", "shown [1/million]"},
+                      {"xlower", "wrong lower 95 % [1/million]"},
+                      {"xupper", "wrong upper 95 % [1/million]"},
+                      {"hollow", "wrong"},
+                      {"xlabel", kWrongLabel}});
+    }
+    return panel;
+}
+
+/// "packets (410 Mray/s, 0 of 10.5 million wrong)".
+std::string text_of(const ChartPoint& point) {
+    return fmt::format("{} ({} Mray/s, {} of {} wrong)", point.method,
+                       number(point.score.mrays_per_second()), point.score.wrong(),
+                       count_text(point.score.rays));
+}
+
+/// The fastest methods without a wrong answer and with some, for rays of a kind.
+std::string sentence_of(const std::vector<ChartPoint>& points, RayKind kind) {
+    const ChartPoint* right = nullptr;
+    const ChartPoint* wrong = nullptr;
+    for (const ChartPoint& point : points) {
+        if (point.kind != kind) continue;
+        const ChartPoint*& best = point.score.wrong() == 0 ? right : wrong;
+        if (best == nullptr || point.score.mrays_per_second() > best->score.mrays_per_second())
+            best = &point;
+    }
+    std::string text = fmt::format("{}: ", title_of(kind));
+    text += right != nullptr ? "the fastest without a wrong answer is " + text_of(*right)
+                             : "every method has wrong answers";
+    if (wrong != nullptr) text += "; of the others " + text_of(*wrong);
+    return text;
+}
+
+/// The failure chart has fewer columns: no HIGH trees, no brute force, no devices.
+std::vector<ChartTracer> failure_tracers(const ChartMethods& methods, const ChartRays& rays) {
+    std::vector<ChartTracer> tracers = methods(rays);
+    std::erase_if(tracers, [](const ChartTracer& one) {
+        return one.method.find("HIGH") != std::string::npos || one.method == "brute force" ||
+               one.method == "scalar";
+    });
+    return tracers;
 }
 
 }  // namespace
 
-std::vector<ChartMethod> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
-    const Bvh& bvh = scene.scene_space.bvh;
-    const ChartSpace* const space = &scene.scene_space;
-    std::vector<ChartMethod> methods = {
-        {"scalar", space, [&bvh](const RaySet& set) { return reference_tracer(bvh, set); }},
-        single_method(scene),
-        {"packets", space, [&bvh](const RaySet& set) {
-             const SimdTarget best = best_simd_target();
-             if (set.kind != RayKind::kPrimary) return stream_tracer(bvh, best, set);
-             return packet_tracer(bvh, best, set, cpu::PacketUse::kAlways);
-         }}};
-    std::shared_ptr<Backend> backend;
-    try {
-        backend = make_vulkan();
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kUnavailable) throw;
-        return methods;
-    }
-    backend->set_scene(scene.topology, space->positions, bvh);
-    methods.push_back({"Vulkan", space, [backend](const RaySet& set) {
-                           const auto answers = std::make_shared<TraceAnswers>(set);
-                           return Tracer{.name = "Vulkan",
-                                         .trace =
-                                             [backend, answers, &set](const TileRange&) {
-                                                 backend->trace({set.rays, answers->hits});
-                                             },
-                                         .answers = [answers] { return *answers; }};
-                       }});
-    return methods;
-}
-
-std::uint64_t VerdictCounts::wrong() const {
-    std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < kVerdictCount; ++i) {
-        if (is_wrong(static_cast<Verdict>(i))) sum += of[i];
-    }
-    return sum;
-}
-
-double VerdictCounts::wrong_per_million() const {
-    return rays == 0 ? 0 : 1e6 * static_cast<double>(wrong()) / static_cast<double>(rays);
-}
-
-VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
-    VerdictCounts sum = *this;
-    for (std::size_t i = 0; i < kVerdictCount; ++i) sum.of[i] += other.of[i];
-    sum.rays += other.rays;
-    return sum;
-}
-
-std::vector<Measured> measure(const ChartScene& scene, std::span<const ChartMethod> methods,
-                              int rounds) {
-    const SpaceJudges in_scene_space(scene, scene.scene_space);
-    const SpaceJudges in_world_space(scene, scene.world_space);
-    std::vector<Tracer> camera;
-    std::vector<Method> timed_methods;
-    for (const ChartMethod& method : methods) camera.push_back(method.tracer(method.space->camera));
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-        timed_methods.push_back(
-            {methods[i].name, {}, [&, i](std::size_t) {
-                 return timed([&] { camera[i].trace(methods[i].space->camera.whole()); });
-             }});
-    }
-    const std::vector<Times> times = time_in_turn(timed_methods, 1, rounds);
-    std::vector<Measured> all;
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-        const ChartSpace& space = *methods[i].space;
-        const SpaceJudges& judges = &space == &scene.scene_space ? in_scene_space : in_world_space;
-        const TraceAnswers aimed = trace_all(methods[i].tracer(space.aimed), space.aimed);
-        all.push_back({methods[i].name, judges.camera.count(camera[i].answers().hits),
-                       judges.aimed.count(aimed.hits),
-                       static_cast<double>(space.camera.rays.size()) / (1e3 * times[i].least_ms)});
-    }
-    return all;
+std::size_t count_steps(const Effort& effort, std::span<const ChartInput> inputs) {
+    std::size_t steps = failure_scenes().size();
+    for (const ChartInput& input : inputs)
+        steps += kKinds.size() * effort.chunks + input.frames.size() + 1;
+    return steps;
 }
 
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix) {
-    const Effort& effort = context.effort;
-    const ChartScene scene = make_chart_scene(input, effort.side, effort.aimed_rays);
-    const std::vector<Measured> points = measure(
-        scene, with_peers(our_methods(scene, context.make_vulkan_backend), scene), effort.rounds);
-    Table table = table_with({"method", "camera rays", "camera wrong", "camera wrong/M",
-                              "aimed rays", "aimed wrong", "aimed wrong/M"});
-    for (const Measured& point : points) {
-        std::vector<std::string> row = {point.method};
-        for (const VerdictCounts& counts : {point.camera, point.aimed}) add_counts(row, counts);
-        add_row(table, row, point);
+    const ChartScene scene = make_chart_scene(input);
+    const ChartMethods methods(scene, context.devices);
+    std::vector<ChartPoint> points;
+    for (const RayKind kind : kKinds)
+        std::ranges::move(measure(scene, std::cref(methods), kind, context.effort, context.done),
+                          std::back_inserter(points));
+    Table table = table_with({"kind", "method", "family", "space", "shown [1/million]"});
+    for (const ChartPoint& point : points) {
+        add_row(table,
+                {name_of(point.kind), point.method, point.family,
+                 point.in_scene_space ? "scene" : "world", shown_rate(point.score)},
+                point.score);
     }
-    const std::size_t pixels = scene.scene_space.camera.active_count;
-    const std::size_t aimed = scene.scene_space.aimed.active_count;
-    const plot::Figure figure{
-        .title = fmt::format("Speed against accuracy on {} ({} triangles): {}", input.name,
-                             input.topology.triangles.size(), sentence_of(points)),
-        .footer = context.footer,
-        .panel_height = 300,
-        .panels = {
-            panel_of(fmt::format("{} pixels of a camera", pixels), "camera", pixels),
-            panel_of(fmt::format("{} rays at vertices, edges, faces", aimed), "aimed", aimed)}};
-    return {"accuracy" + suffix, table, figure};
+    std::string sentence;
+    for (const RayKind kind : kKinds) sentence += sentence_of(points, kind) + ". ";
+    plot::Figure wrong{.title = fmt::format("Speed against wrong answers on {} ({} triangles). {}",
+                                            input.name, input.topology.triangles.size(), sentence),
+                       .footer = context.footer,
+                       .panel_height = 340,
+                       .panels = {}};
+    plot::Figure errors = wrong;
+    errors.title =
+        fmt::format("Speed against the error of t, of right answers, on {} ({} triangles)",
+                    input.name, input.topology.triangles.size());
+    for (const RayKind kind : kKinds) {
+        wrong.panels.push_back(panel_of(points, kind, false));
+        if (kind != RayKind::kShadow) errors.panels.push_back(panel_of(points, kind, true));
+    }
+    return {"accuracy" + suffix,
+            std::move(table),
+            {{"accuracy" + suffix, std::move(wrong)}, {"errors" + suffix, std::move(errors)}}};
 }
 
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more) {
-    // The images have so many times fewer pixels a side.
-    constexpr std::uint32_t kLessSide = 8;
+    const Effort effort{.chunk_rays = context.effort.failure_rays,
+                        .chunks = 1,
+                        .slow_chunks = 1,
+                        .failure_rays = 0};
     std::vector<ChartInput> inputs = failure_scenes();
     inputs.insert(inputs.end(), more.begin(), more.end());
-    Table table = table_with({"scene", "method", "row", "column", "rays", "wrong", "wrong/M"});
-    // The methods, and on how many scenes each is wrong.
-    std::vector<std::pair<std::string, std::size_t>> failures;
+    Table table = table_with({"scene", "method", "row", "column", "time [1/ordinary]"});
+    // By method: its column, its time on the first scene, and on how many scenes it is wrong.
+    struct Column {
+        std::string method;
+        double ordinary = 0;
+        double slowest = 0;
+        std::string slowest_scene;
+        std::size_t failures = 0;
+    };
+    std::vector<Column> columns;
     for (std::size_t row = 0; row < inputs.size(); ++row) {
-        const ChartScene scene =
-            make_chart_scene(inputs[row], std::max(kTileSize, context.effort.side / kLessSide),
-                             context.effort.failure_rays);
-        const std::vector<Measured> cells =
-            measure(scene, with_peers({single_method(scene)}, scene), 1);
-        for (std::size_t column = 0; column < cells.size(); ++column) {
-            std::vector<std::string> text = {inputs[row].name, cells[column].method,
-                                             std::to_string(row), std::to_string(column)};
-            const VerdictCounts counts = cells[column].camera + cells[column].aimed;
-            add_counts(text, counts);
-            if (row == 0) failures.emplace_back(cells[column].method, 0);
-            failures[column].second += counts.wrong() > 0;
-            add_row(table, text, cells[column]);
+        const ChartScene scene = make_chart_scene(inputs[row]);
+        const ChartMethods methods(scene, {});
+        std::map<std::string, Score> sums;
+        std::vector<std::string> order;
+        for (const RayKind kind : {RayKind::kPrimary, RayKind::kAimed, RayKind::kDiffuse}) {
+            const auto tracers = [&](const ChartRays& rays) {
+                return failure_tracers(methods, rays);
+            };
+            for (const ChartPoint& point : measure(scene, tracers, kind, effort, [] {})) {
+                if (!sums.contains(point.method)) order.push_back(point.method);
+                sums[point.method] += point.score;
+            }
         }
+        for (const std::string& method : order) {
+            const Score& score = sums.at(method);
+            const double time = score.ms / static_cast<double>(score.rays);
+            if (row == 0) columns.push_back({method, time, 1, inputs[row].name, 0});
+            const auto column = std::ranges::find(columns, method, &Column::method);
+            const double ratio = time / column->ordinary;
+            if (ratio > column->slowest) {
+                column->slowest = ratio;
+                column->slowest_scene = inputs[row].name;
+            }
+            column->failures += score.wrong() > 0;
+            add_row(table,
+                    {inputs[row].name, method, std::to_string(row),
+                     std::to_string(column - columns.begin()), number(ratio)},
+                    score);
+        }
+        context.done();
     }
     std::vector<std::string> never;
     std::vector<std::string> others;
-    for (const auto& [method, scenes] : failures) {
-        if (scenes == 0)
-            never.push_back(method);
+    std::vector<std::string> slow;
+    for (const Column& column : columns) {
+        if (column.failures == 0)
+            never.push_back(column.method);
         else
-            others.push_back(fmt::format("{} on {}", method, scenes));
+            others.push_back(fmt::format("{} on {}", column.method, column.failures));
+        slow.push_back(
+            fmt::format("{} {:.2g} ({})", column.method, column.slowest, column.slowest_scene));
     }
-    const plot::Figure figure{
-        .title =
-            fmt::format("Wrong answers per million rays on {} scenes. Never wrong: {}. Wrong: {}",
+    const auto map = [&](std::string title, const char* shade, const char* digits) {
+        return plot::Figure{.title = std::move(title),
+                            .footer = context.footer,
+                            .width = 800,
+                            .panel_height = static_cast<int>(28 * inputs.size()),
+                            .panels = {{{"kind", "map"},
+                                        {"x", "column"},
+                                        {"y", "row"},
+                                        {"series", "scene"},
+                                        {"across", "method"},
+                                        {"shade", shade},
+                                        {"digits", digits}}}};
+    };
+    plot::Figure wrong =
+        map(fmt::format("Wrong answers per million rays on {} scenes. Never wrong: {}. Wrong: {}",
                         inputs.size(), fmt::join(never, ", "), fmt::join(others, ", ")),
-        .footer = context.footer,
-        .panel_height = static_cast<int>(28 * inputs.size()),
-        .panels = {{{"kind", "map"},
-                    {"x", "column"},
-                    {"y", "row"},
-                    {"series", "scene"},
-                    {"across", "method"},
-                    {"shade", "wrong/M"}}}};
-    return {"failures", table, figure};
+            "wrong [1/million]", "0");
+    plot::Figure errors =
+        map("Error of t of right answers: 99 % are at most so many ulp off", "t 99 % [ulp]", "1");
+    plot::Figure time = map(fmt::format("Time of a ray over that on the first scene. Slowest: {}",
+                                        fmt::join(slow, ", ")),
+                            "time [1/ordinary]", "1");
+    return {"failures",
+            std::move(table),
+            {{"failures", std::move(wrong)},
+             {"failures_t", std::move(errors)},
+             {"failures_time", std::move(time)}}};
 }
 
 }  // namespace mray::lab

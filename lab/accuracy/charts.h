@@ -1,91 +1,61 @@
-// The charts of `morphray chart`: what methods measure, as a table and the figure of it.
+// The charts of `morphray chart`: tables of what methods measure, and figures of them.
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "common/backend.h"
-#include "lab/accuracy/chart_scene.h"
-#include "lab/accuracy/exact_referee.h"
+#include "lab/accuracy/chart_methods.h"
 #include "report/plot.h"
 #include "report/table.h"
 
 namespace mray::lab {
 
-struct VerdictCounts {
-    std::array<std::uint64_t, kVerdictCount> of{};
-    std::uint64_t rays = 0;
-
-    std::uint64_t operator[](Verdict verdict) const {
-        return of[static_cast<std::size_t>(verdict)];
-    }
-    std::uint64_t wrong() const;
-    double wrong_per_million() const;
-    VerdictCounts operator+(const VerdictCounts& other) const;
-};
-
-/// Answers to camera and aimed rays, and millions of camera rays a second on all threads.
-struct Measured {
-    std::string method;
-    VerdictCounts camera;
-    VerdictCounts aimed;
-    double mrays = 0;
-};
-
-/// A method under test over a space of a scene, which outlives it.
-struct ChartMethod {
-    std::string name;
-    const ChartSpace* space;
-    std::function<Tracer(const RaySet&)> tracer;
-};
-
-/// Makes a backend; throws Error(kUnavailable) if there is none.
-using MakeBackend = std::function<std::unique_ptr<Backend>()>;
-
-/// The scalar reference, single rays and packets on the best SIMD target, and Vulkan.
-std::vector<ChartMethod> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
-
-/// Compares the answers of each method with exact ones. Times are the least of `rounds`.
-std::vector<Measured> measure(const ChartScene& scene, std::span<const ChartMethod> methods,
-                              int rounds);
-
 struct Chart {
-    /// The name of its files without an ending.
+    /// The name of the CSV file without its ending.
     std::string name;
     Table table;
-    plot::Figure figure;
+    /// By the name of its files without an ending.
+    std::vector<std::pair<std::string, plot::Figure>> figures;
 };
-
-struct Effort {
-    /// Pixels a side of the image, a multiple of kTileSize.
-    std::uint32_t side;
-    std::size_t aimed_rays;
-    int rounds;
-    /// Aimed rays for each failure scene.
-    std::size_t failure_rays;
-};
-/// Takes about half a minute for a scene on two cores.
-inline constexpr Effort kQuickEffort{
-    .side = 256, .aimed_rays = 50'000, .rounds = 3, .failure_rays = 6'000};
-/// Takes some minutes.
-inline constexpr Effort kFullEffort{
-    .side = 1024, .aimed_rays = 500'000, .rounds = 5, .failure_rays = 50'000};
 
 struct ChartContext {
     const Effort& effort;
-    MakeBackend make_vulkan_backend;
-    /// The text below every image: machine and command.
+    std::vector<ChartDevice> devices;
+    /// The text below every figure: machine, instruction set, threads, devices, versions, command.
     std::string footer;
+    /// Called for each part of the work that is done; count_steps() of them in all.
+    std::function<void()> done;
 };
 
-/// Mray/s against wrong answers per million rays, at the origin. File names end in `suffix`.
+/// How many steps all charts of these scenes take.
+std::size_t count_steps(const Effort& effort, std::span<const ChartInput> inputs);
+
+/// Speed against wrong answers, and against the error of t, for each kind of rays: "accuracy" and
+/// "errors", both ending in `suffix`.
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix);
-/// Failure scenes against methods; `more` are added to the program's own scenes.
+/// Failure scenes against methods: wrong answers ("failures"), errors of t ("failures_t"), and the
+/// time of a ray over that on an ordinary scene ("failures_time"). `more` are added to the
+/// program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
+
+// ---- What charts have in common
+
+/// Columns of a row's own, and those that every chart has.
+Table table_with(std::vector<std::string> header);
+/// Adds the cells of the common columns to those of the row's own.
+void add_row(Table& table, std::vector<std::string> row, const Score& score);
+/// Four digits.
+std::string number(double value);
+/// "4096", "10.5 million".
+std::string count_text(std::uint64_t count);
+/// Wrong answers per million, or the upper bound if there are none.
+std::string shown_rate(const Score& score);
+inline constexpr const char* kWrongLabel =
+    "wrong per million (hollow: none seen, at its upper bound)";
 
 }  // namespace mray::lab

@@ -87,8 +87,15 @@ ExactTriangle::ExactTriangle(const Ray& ray, vec3 a, vec3 b, vec3 c)
     error_[kVolume] = volume.error;
 }
 
+namespace {
+thread_local std::uint64_t exact_counter = 0;
+}
+
+std::uint64_t ExactTriangle::exact_count() { return exact_counter; }
+
 const ExactTriangle::Integers& ExactTriangle::integers() const {
     if (integers_ != nullptr) return *integers_;
+    ++exact_counter;
     using Vector = std::array<mpz_class, 3>;
     const auto vector = [](vec3 v) {
         return Vector{to_integer(v.x), to_integer(v.y), to_integer(v.z)};
@@ -145,6 +152,21 @@ double ExactTriangle::t() const {
     }
     const Integers& exact = integers();
     return exact.value[kVolume].get_d() / exact.value[kSum].get_d();
+}
+
+dvec3 ExactTriangle::hit() const {
+    constexpr double kPrecise = 0x1p-34;
+    const double sum = std::abs(value_[kSum]) * kPrecise;
+    if (error_[kSum] < sum && error_[1] < sum && error_[2] < sum &&
+        error_[kVolume] < std::abs(value_[kVolume]) * kPrecise)
+        return dvec3(value_[kVolume], value_[1], value_[2]) / value_[kSum];
+    const Integers& exact = integers();
+    const auto divide = [&](std::size_t i) {
+        mpq_class quotient(exact.value[i], exact.value[kSum]);
+        quotient.canonicalize();
+        return quotient.get_d();
+    };
+    return {divide(kVolume), divide(1), divide(2)};
 }
 
 int ExactTriangle::compare_t(const ExactTriangle& other) const {
@@ -603,6 +625,22 @@ Verdict ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t pr
     const bool passes = prim_id == kNoPrim || t_ulps > kCloseUlps;
     if (passes && expected->edge_distance() < kNearEdge) return Verdict::kLeak;
     return prim_id == kNoPrim ? Verdict::kFalseMiss : Verdict::kWrongTriangle;
+}
+
+Verdict ExactReferee::judge_occlusion(const Ray& ray, const Truth& truth, bool occluded) const {
+    if (occluded == truth.hit()) return Verdict::kRight;
+    if (!occluded) return judge(ray, truth, kNoPrim);
+    // The widest margin that any triangle can have.
+    const double most = 4 * kDisplacement * (largest_of(*bvh_) + largest_magnitude(ray.org));
+    for (const std::uint32_t id : find_candidates(ray, most))
+        if (seen_nearby(ray, truth, id)) return Verdict::kDisplaced;
+    return Verdict::kFalseHit;
+}
+
+std::array<double, 3> ExactReferee::errors(const Ray& ray, const Hit& hit) const {
+    const dvec3 exact = triangle(ray, hit.prim_id).hit();
+    return {std::abs(hit.t - exact.x) / ulp_of(exact.x), std::abs(hit.u - exact.y) * 0x1p23,
+            std::abs(hit.v - exact.z) * 0x1p23};
 }
 
 }  // namespace mray::lab

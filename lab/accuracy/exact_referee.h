@@ -38,10 +38,16 @@ public:
     bool has_t() const;
     /// t of the plane, to 2^-27 of itself.
     double t() const;
+    /// t, and the weights u and v of the corners b and c: t to 2^-36 of itself, the others to
+    /// 2^-36. Only for triangles whose planes the line crosses.
+    dvec3 hit() const;
     /// How near the line is to the nearest edge, as a part of size(); in double.
     double edge_distance() const;
     /// The largest distance of a corner from the line.
     double size() const;
+
+    /// How often the calling thread has needed integers.
+    static std::uint64_t exact_count();
 
 private:
     struct Integers;
@@ -129,6 +135,11 @@ public:
 
     /// `truth` is closest(ray); `prim_id` is the answer of a tracer, kNoPrim for a miss.
     Verdict judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
+    /// Likewise for the answer whether anything is hit.
+    Verdict judge_occlusion(const Ray& ray, const Truth& truth, bool occluded) const;
+    /// How far t, u and v of a hit are off: t in ulp, u and v in ulp of 1. The line crosses the
+    /// plane of the hit's triangle.
+    std::array<double, 3> errors(const Ray& ray, const Hit& hit) const;
 
 private:
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;

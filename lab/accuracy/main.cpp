@@ -1,15 +1,21 @@
 // morphray-chart DIR FLAGS SCENE...: draws charts of speed against accuracy; FLAGS has q for quick,
 // l for lenient, s for silent. `morphray chart` starts it (app/commands/chart.cpp).
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "common/frame_times.h"
+#include "common/version.h"
 #include "gpu/vulkan_backend.h"
 #include "lab/accuracy/charts.h"
+#include "lab/accuracy/deformation.h"
 #include "report/machine.h"
 #include "report/plot.h"
 #include "report/shell.h"
@@ -46,69 +52,165 @@ void require_new_folder(const fs::path& path) {
                     path.string() + ": is not empty; name another folder, or empty this one");
 }
 
-ChartInput read_input(const std::string& scene, bool lenient) {
+ChartInput read_input(const std::string& scene, bool lenient, int most_frames) {
     AnimationOptions options;
     options.lenient = lenient;
     options.warn = [](const Warning& warning) {
         fmt::print(stderr, "{}{}\n", warning.place.empty() ? "morphray: " : "", warning.line());
     };
     const std::unique_ptr<Animation> animation = open_scene(scene, options);
-    std::vector<vec3> positions(animation->topology().vertex_count);
-    animation->positions(std::floor((animation->first_frame() + animation->last_frame()) / 2),
-                         positions);
-    return {fs::path(animation->name()).filename().string(), animation->topology(),
-            std::move(positions)};
-}
-
-std::unique_ptr<Backend> open_vulkan() {
-#ifdef MORPHRAY_HAS_VULKAN
-    return gpu::make_vulkan_backend();
-#else
-    throw Error(ErrorKind::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
-#endif
-}
-
-std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const ChartContext& context) {
-    std::vector<Chart> charts;
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
-        charts.push_back(accuracy_chart(context, inputs[i], suffix));
+    ChartInput input{fs::path(animation->name()).filename().string(), animation->topology(), {}};
+    const auto positions_at = [&](double frame) {
+        std::vector<vec3> positions(animation->topology().vertex_count);
+        animation->positions(frame, positions);
+        return positions;
+    };
+    const double first = animation->first_frame();
+    const double last = animation->last_frame();
+    input.positions = positions_at(std::floor((first + last) / 2));
+    if (last > first) {
+        const double step = std::max(1.0, std::floor((last - first) / (most_frames - 1)));
+        for (double frame = first; frame <= last; frame += step) {
+            input.frame_numbers.push_back(frame);
+            input.frames.push_back(positions_at(frame));
+        }
     }
-    charts.push_back(failure_chart(context, inputs));
-    return charts;
+    return input;
 }
+
+/// All Vulkan devices that can be used, lavapipe among them.
+std::vector<ChartDevice> open_devices() {
+    std::vector<ChartDevice> devices;
+#ifdef MORPHRAY_HAS_VULKAN
+    try {
+        for (const gpu::DeviceInfo& info : gpu::list_devices()) {
+            if (!info.unusable.empty()) continue;
+            gpu::VulkanConfig config;
+            config.device = std::to_string(info.index);
+            // Without "(LLVM 15.0.6, 256 bits)"; the footer has all.
+            const std::string name = info.name.substr(0, info.name.find(" ("));
+            devices.push_back({"Vulkan " + name, fmt::format("{} ({})", info.name, info.driver),
+                               gpu::make_vulkan_backend(config)});
+        }
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kUnavailable) throw;
+    }
+#endif
+    return devices;
+}
+
+/// Says on a terminal how much is done and how long it will take.
+class Progress {
+public:
+    Progress(std::size_t steps, bool quiet)
+        : steps_(steps), shown_(!quiet && isatty(STDERR_FILENO) == 1) {}
+    ~Progress() {
+        if (shown_) fmt::print(stderr, "\r{:40}\r", "");
+    }
+
+    void step() {
+        ++done_;
+        if (!shown_) return;
+        const double left =
+            1e-3 * watch_.ms() * static_cast<double>(steps_ - done_) / static_cast<double>(done_);
+        fmt::print(stderr, "\rcharts: {} %, about {} s to go   ", 100 * done_ / steps_,
+                   std::lround(left));
+        std::fflush(stderr);
+    }
+
+private:
+    std::size_t steps_;
+    bool shown_;
+    std::size_t done_ = 0;
+    Stopwatch watch_;
+};
 
 constexpr const char* kMethods = R"(<dl>
-<dt>scalar</dt><dd>our tracer without vectors, one ray at a time</dd>
-<dt>single, packets</dt><dd>our tracers on the CPU with its best instruction set</dd>
+<dt>brute force, scalar, singles, streams, packets, light packets</dt>
+<dd>our tracers on the CPU: every triangle; a tree without vectors; the best instruction set with a
+ray a call, the rays of a tile a call, and 64 x 64 rays with a common origin</dd>
 <dt>Vulkan</dt><dd>our tracer on a device, its transfers included</dd>
-<dt>rule: ours</dt><dd>our hit rule in one plain traversal, one ray at a time</dd>
-<dt>rule: Moeller-Trumbore, Woop</dt><dd>other hit rules in the same traversal, of 1997 and of 2013</dd>
-<dt>Embree fast, robust</dt><dd>Intersect1 without and with the flag ROBUST</dd>
+<dt>2007 packets</dt><dd>16 x 16 rays as by Wald, Boulos and Shirley, in wider vectors</dd>
+<dt>Embree</dt><dd>1 or 16 rays a call; fast or with the flag ROBUST; a MEDIUM tree or a HIGH one,
+which has spatial splits</dd>
+<dt>rule</dt><dd>rules from the literature in one plain binary tree, a ray at a time: Moeller and
+Trumbore 1997, Woop, Benthin and Wald 2013, Baldwin and Weber 2016, and the first in doubles</dd>
 </dl>
 )";
+
+constexpr const char* kReferences = R"(@article{wald2007deformable,
+  author = {Ingo Wald and Solomon Boulos and Peter Shirley},
+  title = {Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies},
+  journal = {ACM Transactions on Graphics}, volume = {26}, number = {1}, year = {2007}}
+@article{wald2014embree,
+  author = {Ingo Wald and Sven Woop and Carsten Benthin and Gregory S. Johnson and Manfred Ernst},
+  title = {Embree: A Kernel Framework for Efficient {CPU} Ray Tracing},
+  journal = {ACM Transactions on Graphics}, volume = {33}, number = {4}, year = {2014}}
+@article{moeller1997fast,
+  author = {Tomas M{\"o}ller and Ben Trumbore},
+  title = {Fast, Minimum Storage Ray/Triangle Intersection},
+  journal = {Journal of Graphics Tools}, volume = {2}, number = {1}, year = {1997}}
+@article{woop2013watertight,
+  author = {Sven Woop and Carsten Benthin and Ingo Wald},
+  title = {Watertight Ray/Triangle Intersection},
+  journal = {Journal of Computer Graphics Techniques}, volume = {2}, number = {1}, year = {2013}}
+@article{baldwin2016fast,
+  author = {Doug Baldwin and Michael Weber},
+  title = {Fast Ray-Triangle Intersections by Coordinate Transformation},
+  journal = {Journal of Computer Graphics Techniques}, volume = {5}, number = {3}, year = {2016}}
+@article{clopper1934confidence,
+  author = {C. J. Clopper and E. S. Pearson},
+  title = {The Use of Confidence or Fiducial Limits Illustrated in the Case of the Binomial},
+  journal = {Biometrika}, volume = {26}, number = {4}, year = {1934}}
+)";
+
+/// A narrow drawing for phones: only of points, as maps need their width.
+constexpr int kNarrow = 360;
+
+bool has_narrow(const plot::Figure& figure) { return figure.panels[0].at("kind") != "map"; }
 
 std::string page_of(const std::vector<Chart>& charts) {
     std::string contents;
     std::string figures;
     for (const Chart& chart : charts) {
-        const std::string title = markup_text(chart.figure.title);
-        contents += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", chart.name, title);
-        figures += fmt::format(
-            "<h2 id=\"{0}\">{0}</h2>\n<img src=\"{0}.svg\" alt=\"{1}\">\n"
-            "<p><a href=\"{0}.csv\">Numbers</a></p>\n{2}",
-            chart.name, title, kMethods);
+        for (const auto& [name, figure] : chart.figures) {
+            const std::string title = markup_text(figure.title);
+            contents += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", name, title);
+            const std::string narrow =
+                fmt::format("<source media=\"(max-width:600px)\" srcset=\"{}_narrow.svg\">", name);
+            figures += fmt::format(
+                "<h2 id=\"{0}\">{0}</h2>\n<div><picture>{1}<img src=\"{0}.svg\" alt=\"{2}\"{3}>"
+                "</picture></div>\n<p><a href=\"{0}.pdf\">PDF</a>, "
+                "<a href=\"{4}.csv\">numbers</a></p>\n",
+                name, has_narrow(figure) ? narrow : "", title,
+                has_narrow(figure) ? "" : " class=\"map\"", chart.name);
+        }
     }
     return fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
         "<title>morphray chart</title>\n"
         "<style>:root {{ color-scheme: light dark }}\n"
-        "body {{ font: 16px/1.5 sans-serif; max-width: 40rem; margin: auto; padding: 1rem "
-        "}}\n"
-        "img {{ max-width: 100% }} dt {{ font-weight: bold }}</style>\n"
-        "<h1>morphray chart</h1>\n<ul>\n{}</ul>\n{}</html>\n",
-        contents, figures);
+        "body {{ font: 16px/1.5 sans-serif; max-width: 50rem; margin: auto; padding: 1rem }}\n"
+        "div {{ overflow-x: auto }} img {{ max-width: 100% }} .map {{ max-width: none }}\n"
+        "dt {{ font-weight: bold }} pre {{ overflow-x: auto }}</style>\n"
+        "<h1>morphray chart</h1>\n<ul>\n{}</ul>\n{}<h2>Methods</h2>\n{}<h2>References</h2>\n"
+        "<pre>{}</pre>\n</html>\n",
+        contents, figures, kMethods, kReferences);
+}
+
+void write_chart(const fs::path& folder, const Chart& chart) {
+    const std::string csv = chart.table.csv();
+    write_file((folder / (chart.name + ".csv")).string(), csv);
+    for (const auto& [name, figure] : chart.figures) {
+        const std::string file = (folder / name).string();
+        for (const char* const format : {"svg", "pdf"})
+            write_file(fmt::format("{}.{}", file, format), plot::draw(figure, csv, format));
+        if (!has_narrow(figure)) continue;
+        plot::Figure narrow = figure;
+        narrow.width = kNarrow;
+        write_file(file + "_narrow.svg", plot::draw(narrow, csv, "svg"));
+    }
 }
 
 void draw_charts(const Options& options) {
@@ -116,24 +218,32 @@ void draw_charts(const Options& options) {
     require_new_folder(options.out);
     std::vector<ChartInput> inputs;
     for (const std::string& scene : options.scenes)
-        inputs.push_back(read_input(scene, options.lenient));
-    const std::vector<Chart> charts = make_charts(
-        inputs,
-        {.effort = options.quick ? kQuickEffort : kFullEffort,
-         .make_vulkan_backend = open_vulkan,
-         .footer = fmt::format("{}; morphray chart {}{}", machine_name(),
-                               shell_line(options.scenes), options.quick ? " --quick" : "")});
-    make_output_folder(options.out);
-    for (const Chart& chart : charts) {
-        const std::string csv = chart.table.csv();
-        const fs::path file = fs::path(options.out) / chart.name;
-        write_file(file.string() + ".csv", csv);
-        write_file(file.string() + ".svg", plot::draw(chart.figure, csv, "svg"));
+        inputs.push_back(read_input(scene, options.lenient, options.quick ? 8 : 24));
+    const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
+    Progress progress(count_steps(effort, inputs), options.quiet);
+    ChartContext context{.effort = effort, .devices = open_devices(), .footer = {}, .done = [&] {
+                             progress.step();
+                         }};
+    context.footer =
+        fmt::format("{}; {}, {} threads; {}; morphray {}; morphray chart {}{}", machine_name(),
+                    best_simd_target().name, tbb::this_task_arena::max_concurrency(), embree_name(),
+                    kVersionDetail, shell_line(options.scenes), options.quick ? " --quick" : "");
+    std::vector<Chart> charts;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
+        charts.push_back(accuracy_chart(context, inputs[i], suffix));
+        if (!inputs[i].frames.empty())
+            charts.push_back(deformation_chart(context, inputs[i], suffix));
     }
+    charts.push_back(failure_chart(context, inputs));
+    make_output_folder(options.out);
+    for (const Chart& chart : charts) write_chart(options.out, chart);
+    write_file((fs::path(options.out) / "references.bib").string(), kReferences);
     const std::string page = (fs::path(options.out) / "index.html").string();
     write_file(page, page_of(charts));
     if (options.quiet) return;
-    for (const Chart& chart : charts) fmt::print("{}: {}\n", chart.name, chart.figure.title);
+    for (const Chart& chart : charts)
+        for (const auto& [name, figure] : chart.figures) fmt::print("{}: {}\n", name, figure.title);
     fmt::print("all charts: {}\n", page);
 }
 

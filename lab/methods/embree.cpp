@@ -460,6 +460,15 @@ std::vector<EmbreeDevice> embree_devices(int threads) {
     return devices;
 }
 
+std::string embree_version(const EmbreeDevice& device) {
+    const auto number = [&](RTCDeviceProperty property) {
+        return rtcGetDeviceProperty(device.handle.get(), property);
+    };
+    return fmt::format("{}.{}.{}", number(RTC_DEVICE_PROPERTY_VERSION_MAJOR),
+                       number(RTC_DEVICE_PROPERTY_VERSION_MINOR),
+                       number(RTC_DEVICE_PROPERTY_VERSION_PATCH));
+}
+
 EmbreeScene::EmbreeScene(const EmbreeDevice& device, const Topology& topology,
                          std::span<const vec3> positions, RTCBuildQuality quality, bool robust)
     : device_(&device),
@@ -521,7 +530,7 @@ std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const Ra
     peers.add<RTCRay, RTCRayHit>("1", true);
     if (set.kind == RayKind::kOneRay) return peers.all;
     peers.add<RTCRay16, RTCRayHit16>("16");
-    if (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow) return peers.all;
+    if (set.in_packets()) return peers.all;
     peers.add<RTCRay, RTCRayHit>("1");
     peers.add<RTCRay4, RTCRayHit4>("4");
     peers.add<RTCRay8, RTCRayHit8>("8");

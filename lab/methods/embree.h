@@ -85,8 +85,11 @@ std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices
                                            const Topology& topology,
                                            std::span<const vec3> positions);
 
-/// Ways to trace rays over each scene; both outlive the peers. Primary and shadow rays count as
-/// coherent, diffuse rays and ambient occlusion as incoherent. Records are made within the time, in
+/// "3.13.5": of the library that runs.
+std::string embree_version(const EmbreeDevice& device);
+
+/// Ways to trace rays over each scene; both outlive the peers. Rays in packets count as coherent,
+/// diffuse rays and ambient occlusion as incoherent. Records are made within the time, in
 /// the cache, from what our tracers read too.
 std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set);
 

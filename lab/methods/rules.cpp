@@ -2,11 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
-
 #include <glm/geometric.hpp>
+#include <limits>
+#include <utility>
 
-#include "cpu/reference/scalar_tracer.h"
+#include "common/bvh/builder/binary_tree.h"
+#include "cpu/image/tile_tracer.h"
 
 namespace mray::lab {
 namespace {
@@ -20,10 +21,18 @@ bool alike(float u, float v, float w) {
            (u != 0 || v != 0 || w != 0);
 }
 
-struct MoellerTrumbore {
-    const Ray& ray;
+// A rule has a record of each triangle, which is made before; it sets t, u, v and returns whether
+// the ray hits at a t above 0.
 
-    bool intersect(vec3 a, vec3 b, vec3 c, float& t, float& u, float& v) const {
+struct MoellerTrumbore {
+    using Record = PeerTriangle;
+
+    static Record record_of(const PeerTriangle& triangle) { return triangle; }
+
+    explicit MoellerTrumbore(const Ray& from) : ray(from) {}
+
+    bool intersect(const Record& triangle, float& t, float& u, float& v) const {
+        const auto& [a, b, c, prim_id] = triangle;
         const vec3 e1 = b - a;
         const vec3 e2 = c - a;
         const vec3 p = cross(ray.dir, e2);
@@ -39,11 +48,101 @@ struct MoellerTrumbore {
         t = dot(e2, q) * inverse;
         return t > 0;
     }
+
+    const Ray& ray;
+};
+
+/// The same in doubles.
+struct DoublePrecision {
+    using Record = PeerTriangle;
+
+    static Record record_of(const PeerTriangle& triangle) { return triangle; }
+
+    explicit DoublePrecision(const Ray& ray) : org(ray.org), dir(ray.dir) {}
+
+    bool intersect(const Record& triangle, float& t, float& u, float& v) const {
+        const glm::dvec3 a(triangle.a);
+        const glm::dvec3 e1 = glm::dvec3(triangle.b) - a;
+        const glm::dvec3 e2 = glm::dvec3(triangle.c) - a;
+        const glm::dvec3 p = cross(dir, e2);
+        const double determinant = dot(e1, p);
+        if (!(determinant != 0)) return false;
+        const glm::dvec3 s = org - a;
+        const glm::dvec3 q = cross(s, e1);
+        const double du = dot(s, p) / determinant;
+        const double dv = dot(dir, q) / determinant;
+        if (!(du >= 0 && dv >= 0 && du + dv <= 1)) return false;
+        t = static_cast<float>(dot(e2, q) / determinant);
+        u = static_cast<float>(du);
+        v = static_cast<float>(dv);
+        return t > 0;
+    }
+
+    glm::dvec3 org;
+    glm::dvec3 dir;
+};
+
+/// A record maps the triangle to the unit triangle of the plane z = 0, by three rows of an affine
+/// matrix; one column of each is fixed by the normal's largest component.
+struct BaldwinWeber {
+    struct Record {
+        float row[3][4];
+    };
+
+    static Record record_of(const PeerTriangle& triangle) {
+        const auto& [a, b, c, prim_id] = triangle;
+        const vec3 e1 = b - a;
+        const vec3 e2 = c - a;
+        const vec3 n = cross(e1, e2);
+        int z = 0;
+        for (int axis = 1; axis < 3; ++axis)
+            if (std::fabs(n[axis]) > std::fabs(n[z])) z = axis;
+        const int x = (z + 1) % 3;
+        const int y = (z + 2) % 3;
+        Record record{};
+        // No area: nothing is hit, as all distances are 0 or NaN.
+        if (!(n[z] != 0)) return record;
+        const float inverse = 1 / n[z];
+        const vec3 ca = cross(c, a);
+        const vec3 ba = cross(b, a);
+        record.row[0][x] = e2[y] * inverse;
+        record.row[0][y] = -e2[x] * inverse;
+        record.row[0][3] = ca[z] * inverse;
+        record.row[1][x] = -e1[y] * inverse;
+        record.row[1][y] = e1[x] * inverse;
+        record.row[1][3] = -ba[z] * inverse;
+        record.row[2][x] = n[x] * inverse;
+        record.row[2][y] = n[y] * inverse;
+        record.row[2][z] = 1;
+        record.row[2][3] = -dot(a, n) * inverse;
+        return record;
+    }
+
+    explicit BaldwinWeber(const Ray& from) : ray(from) {}
+
+    bool intersect(const Record& record, float& t, float& u, float& v) const {
+        const auto along = [](const float(&row)[4], vec3 p) {
+            return row[0] * p.x + row[1] * p.y + row[2] * p.z;
+        };
+        const auto& row = record.row;
+        t = -(along(row[2], ray.org) + row[2][3]) / along(row[2], ray.dir);
+        if (!(t > 0)) return false;
+        const vec3 at = ray.org + t * ray.dir;
+        u = along(row[0], at) + row[0][3];
+        v = along(row[1], at) + row[1][3];
+        return u >= 0 && v >= 0 && u + v <= 1;
+    }
+
+    const Ray& ray;
 };
 
 /// Falls back to double precision if an edge function is 0, as the paper does.
 class WoopWatertight {
 public:
+    using Record = PeerTriangle;
+
+    static Record record_of(const PeerTriangle& triangle) { return triangle; }
+
     explicit WoopWatertight(const Ray& ray) : org_(ray.org) {
         const vec3 d = ray.dir;
         const vec3 size(std::abs(d.x), std::abs(d.y), std::abs(d.z));
@@ -56,10 +155,10 @@ public:
         sz_ = 1 / d[kz_];
     }
 
-    bool intersect(vec3 va, vec3 vb, vec3 vc, float& t, float& u, float& v) const {
-        const vec3 a = va - org_;
-        const vec3 b = vb - org_;
-        const vec3 c = vc - org_;
+    bool intersect(const Record& triangle, float& t, float& u, float& v) const {
+        const vec3 a = triangle.a - org_;
+        const vec3 b = triangle.b - org_;
+        const vec3 c = triangle.c - org_;
         const float ax = a[kx_] - sx_ * a[kz_];
         const float ay = a[ky_] - sy_ * a[kz_];
         const float bx = b[kx_] - sx_ * b[kz_];
@@ -98,18 +197,15 @@ private:
 class PaddedSlabs {
 public:
     explicit PaddedSlabs(const Ray& ray)
-        : org_{ray.org.x, ray.org.y, ray.org.z},
-          rdir_{1 / ray.dir.x, 1 / ray.dir.y, 1 / ray.dir.z} {}
+        : org_(ray.org), rdir_(1 / ray.dir.x, 1 / ray.dir.y, 1 / ray.dir.z) {}
 
-    bool meets(const Node& node, std::uint32_t slot, float& t_enter) const {
+    bool meets(const PeerNode& node, float& t_enter) const {
         constexpr float kPad = 1.00000024f;
-        const std::array<const float*, 3> lower{node.lower_x, node.lower_y, node.lower_z};
-        const std::array<const float*, 3> upper{node.upper_x, node.upper_y, node.upper_z};
         float enter = 0;
         float leave = std::numeric_limits<float>::infinity();
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            float t0 = (lower[axis][slot] - org_[axis]) * rdir_[axis];
-            float t1 = (upper[axis][slot] - org_[axis]) * rdir_[axis];
+        for (int axis = 0; axis < 3; ++axis) {
+            float t0 = (node.lower[axis] - org_[axis]) * rdir_[axis];
+            float t1 = (node.upper[axis] - org_[axis]) * rdir_[axis];
             if (rdir_[axis] < 0) std::swap(t0, t1);
             // A NaN (0 times infinity: the ray runs in the plane) has no effect.
             enter = t0 > enter ? t0 : enter;
@@ -120,66 +216,96 @@ public:
     }
 
 private:
-    std::array<float, 3> org_;
-    std::array<float, 3> rdir_;
+    vec3 org_;
+    vec3 rdir_;
 };
 
-/// Returns the nearest hit, of equal ones that with the smaller prim_id. rule.intersect(a, b, c, t,
-/// u, v) returns true with t in (0, infinity).
+/// Single rays in a binary tree, the nearer child first, by a rule over records of its triangles.
 template <class Rule>
-Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
+class RuleTracer {
+public:
+    explicit RuleTracer(const PeerTree& tree) : tree_(&tree) {
+        for (const PeerTriangle& triangle : tree.triangles)
+            records_.push_back(Rule::record_of(triangle));
+    }
+
+    /// The nearest hit, of equal ones that with the smaller prim_id.
+    Hit intersect(const Ray& ray) const {
+        Hit best = no_hit();
+        float best_t = ray.tfar;
+        traverse(ray, [&](const Hit& hit) {
+            if (hit.t < best_t || (hit.t == best_t && hit.prim_id < best.prim_id)) best = hit;
+            best_t = std::min(best_t, hit.t);
+            return best_t;
+        });
+        return best;
+    }
+
+    bool occluded(const Ray& ray) const {
+        bool found = false;
+        traverse(ray, [&](const Hit&) {
+            found = true;
+            return -1.0f;
+        });
+        return found;
+    }
+
+private:
     struct Entry {
         float t_enter;
-        std::uint32_t child;
+        std::uint32_t node;
     };
-    const Rule rule{ray};
-    const PaddedSlabs slabs(ray);
-    Hit best = no_hit();
-    float best_t = ray.tfar;
-    std::array<Entry, kMaxStack> stack;
-    std::size_t size = 0;
-    stack[size++] = {0, 0};
-    while (size != 0) {
-        const Entry entry = stack[--size];
-        if (entry.t_enter > best_t) continue;
-        if ((entry.child & kLeafBit) == 0) {
-            const Node& node = bvh.nodes[entry.child];
-            const std::size_t base = size;
-            for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
-                float t_enter;
-                if (!slabs.meets(node, slot, t_enter) || t_enter > best_t) continue;
-                std::size_t place = size++;
-                for (; place > base && stack[place - 1].t_enter < t_enter; --place)
-                    stack[place] = stack[place - 1];
-                stack[place] = {t_enter, node.child[slot]};
+
+    /// visit(hit) returns the depth beyond which nothing is of interest any more.
+    template <class Visit>
+    void traverse(const Ray& ray, Visit visit) const {
+        if (tree_->nodes.empty() || ray.dir == vec3(0, 0, 0)) return;
+        const Rule rule(ray);
+        const PaddedSlabs slabs(ray);
+        float last = ray.tfar;
+        std::array<Entry, kMaxBinaryHeight + 2> stack;
+        std::size_t size = 0;
+        stack[size++] = {0, 0};
+        while (size != 0) {
+            const Entry entry = stack[--size];
+            if (entry.t_enter > last) continue;
+            const PeerNode& node = tree_->nodes[entry.node];
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+                Hit hit;
+                hit.prim_id = tree_->triangles[i].prim_id;
+                if (rule.intersect(records_[i], hit.t, hit.u, hit.v) && hit.t >= ray.tnear &&
+                    hit.t <= last)
+                    last = visit(hit);
             }
-            continue;
+            if (node.count != 0) continue;
+            Entry near{0, node.first};
+            Entry far{0, node.first + 1};
+            const bool meets_near = slabs.meets(tree_->nodes[near.node], near.t_enter);
+            const bool meets_far = slabs.meets(tree_->nodes[far.node], far.t_enter);
+            if (meets_near && meets_far && far.t_enter < near.t_enter) std::swap(near, far);
+            if (meets_far) stack[size++] = far;
+            if (meets_near) stack[size++] = near;
         }
-        cpu::for_each_triangle(bvh.leaves[entry.child & ~kLeafBit], [&](vec3 a, vec3 b, vec3 c,
-                                                                        std::uint32_t prim_id) {
-            float t, u, v;
-            if (!rule.intersect(a, b, c, t, u, v)) return;
-            if (t < ray.tnear || t > best_t || (t == best_t && prim_id > best.prim_id)) return;
-            best_t = t;
-            best = {t, u, v, prim_id};
-        });
     }
-    return best;
-}
+
+    const PeerTree* tree_;
+    std::vector<typename Rule::Record> records_;
+};
 
 template <class Rule>
-void trace_batch(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace_plainly<Rule>(bvh, rays[i]);
+Tracer tracer_by(const char* name, const PeerTree& tree, const RaySet& set) {
+    using OneByOne = cpu::OneByOne<RuleTracer<Rule>>;
+    return batch_tracer(name, RaysAtOnce::kOne,
+                        std::make_shared<const OneByOne>(RuleTracer<Rule>(tree)), set);
 }
 
 }  // namespace
 
-void trace_by_moeller_trumbore(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    trace_batch<MoellerTrumbore>(bvh, rays, hits);
-}
-
-void trace_by_woop(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    trace_batch<WoopWatertight>(bvh, rays, hits);
+std::vector<Tracer> rule_tracers(const PeerTree& tree, const RaySet& set) {
+    return {tracer_by<MoellerTrumbore>("Moeller-Trumbore", tree, set),
+            tracer_by<WoopWatertight>("Woop", tree, set),
+            tracer_by<BaldwinWeber>("Baldwin-Weber", tree, set),
+            tracer_by<DoublePrecision>("double", tree, set)};
 }
 
 }  // namespace mray::lab

@@ -1,18 +1,19 @@
-// Intersection rules from the literature in float, each as its authors give it. All have the
-// traversal of our scalar tracer with padded slabs, so that methods differ in the rule.
+// Intersection rules from the literature, each as its authors give it, one ray at a time in one
+// plain binary tree with padded slabs, so that methods differ in the rule alone.
 #pragma once
 
-#include <span>
+#include <vector>
 
-#include "common/bvh/bvh.h"
-#include "common/interop/ray.h"
+#include "lab/methods/peer_tree.h"
+#include "lab/methods/tracers.h"
 
 namespace mray::lab {
 
-/// T. Moeller, B. Trumbore. Fast, Minimum Storage Ray/Triangle Intersection. 1997.
-void trace_by_moeller_trumbore(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits);
-
-/// S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. 2013.
-void trace_by_woop(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits);
+/// "Moeller-Trumbore" (T. Moeller, B. Trumbore. Fast, Minimum Storage Ray/Triangle Intersection.
+/// 1997), "Woop" (S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. 2013),
+/// "Baldwin-Weber" (D. Baldwin, M. Weber. Fast Ray-Triangle Intersections by Coordinate
+/// Transformation. 2016), all in float, and "double": the first of them in doubles. The tree
+/// outlives the tracers.
+std::vector<Tracer> rule_tracers(const PeerTree& tree, const RaySet& set);
 
 }  // namespace mray::lab

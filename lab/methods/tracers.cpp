@@ -39,40 +39,10 @@ void add_secondary_rays(RaySet& set, const cpu::ShadedMesh& mesh, std::uint32_t 
         set.rays.push_back(ao_ray(surface, x, y, sample, params.ao_tfar));
 }
 
-/// For tracers with intersect(rays, hits) and occluded(rays, occluded), a few rays or a tile's by
-/// one call.
-template <class Made>
-Tracer batch_by_batch(std::string name, RaysAtOnce at_once, const Made& tracer, const RaySet& set) {
-    const std::size_t most =
-        at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
-    const auto answers = std::make_shared<TraceAnswers>(set);
-    const auto trace = [tracer, most, answers, &set](const TileRange& range) {
-        for_each_tile(set, range, [&](const TileRays& tile) {
-            for_each_active_run(set, tile, most, [&](std::size_t begin, std::size_t count) {
-                const auto rays = std::span(set.rays).subspan(begin, count);
-                if (set.any_hit()) {
-                    tracer.occluded(rays, std::span(answers->occluded).subspan(begin, count));
-                } else {
-                    tracer.intersect(rays, std::span(answers->hits).subspan(begin, count));
-                }
-            });
-        });
-    };
-    return {.name = std::move(name), .at_once = at_once, .trace = trace, .answers = [answers] {
-                return *answers;
-            }};
-}
-
-struct ClosestHits {
-    IntersectRays intersect;
-
-    void occluded(std::span<const Ray>, std::span<std::uint8_t>) const { assert(false); }
-};
-
 }  // namespace
 
 const char* name_of(RayKind kind) {
-    constexpr std::array kNames = {"primary", "shadow", "diffuse", "ao", "one-ray"};
+    constexpr std::array kNames = {"primary", "shadow", "diffuse", "ao", "one-ray", "aimed"};
     return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -183,23 +153,29 @@ RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
 Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set,
                      cpu::PacketUse use) {
     static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide &&
-                  kPacketSize == cpu::kBlockRays);
-    // Primary hits lie row by row as in an image.
+                  kPacketSize == cpu::kBlockRays && sizeof(StoredRay) == sizeof(Ray));
+    // Primary hits lie row by row as in an image, those of aimed rays row by row in their tile.
     const auto answers = std::make_shared<TraceAnswers>(set);
     const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target, use), answers,
                         &set](const TileRange& range) {
         const ImageParams& params = set.params;
         for_each_tile(set, range, [&](const TileRays& rays) {
+            const std::size_t count = rays.end - rays.begin;
             if (set.kind == RayKind::kPrimary) {
                 const cpu::Tile& tile = rays.tile;
                 const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
                 tiles->intersect_camera(params, tile, &answers->hits[first], params.width);
-            } else {
-                const std::size_t count = rays.end - rays.begin;
+            } else if (set.kind == RayKind::kShadow) {
                 tiles->occluded_shared_origin(
                     params.light,
                     std::span(set.shadows).subspan(rays.begin / kPacketSize, count / kPacketSize),
                     std::span(answers->occluded).subspan(rays.begin, count));
+            } else if (const StoredRay* const stored = &set.stored[rays.begin];
+                       !tiles->intersect_stored(
+                           {stored, kTileSize, kTileSize, kTileSize, set.rays[rays.begin].org},
+                           &answers->hits[rays.begin])) {
+                tiles->intersect({reinterpret_cast<const Ray*>(stored), count},
+                                 std::span(answers->hits).subspan(rays.begin, count));
             }
         });
     };
@@ -209,7 +185,11 @@ Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set
         std::size_t ray = 0;
         for (const TileRays& rays : set.tiles) {
             for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
-                ordered.hits[ray++] = answers->hits[std::size_t{y} * set.params.width + x];
+                const std::size_t at =
+                    set.kind == RayKind::kPrimary
+                        ? std::size_t{y} * set.params.width + x
+                        : rays.begin + (y - rays.tile.y0) * kTileSize + (x - rays.tile.x0);
+                ordered.hits[ray++] = answers->hits[at];
             });
         }
         return ordered;
@@ -217,28 +197,21 @@ Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set
     return {.name = "packet", .trace = trace, .answers = in_ray_order};
 }
 
-Tracer stream_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
-    return batch_by_batch("stream", RaysAtOnce::kStream, cpu::SingleRayTracer(bvh, target), set);
-}
-
-Tracer stream_tracer(std::string name, const IntersectRays& intersect, const RaySet& set) {
-    return batch_by_batch(std::move(name), RaysAtOnce::kStream, ClosestHits{intersect}, set);
-}
-
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
     std::vector<Tracer> tracers;
-    if (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow)
-        tracers.push_back(packet_tracer(bvh, target, set));
+    const auto single = std::make_shared<const cpu::SingleRayTracer>(bvh, target);
+    if (set.in_packets()) tracers.push_back(packet_tracer(bvh, target, set));
     // The rays of one-ray are handed over one by one.
-    if (set.kind != RayKind::kOneRay) tracers.push_back(stream_tracer(bvh, target, set));
-    tracers.push_back(
-        batch_by_batch("single", RaysAtOnce::kOne, cpu::SingleRayTracer(bvh, target), set));
+    if (set.kind != RayKind::kOneRay)
+        tracers.push_back(batch_tracer("stream", RaysAtOnce::kStream, single, set));
+    tracers.push_back(batch_tracer("single", RaysAtOnce::kOne, single, set));
     return tracers;
 }
 
 Tracer reference_tracer(const Bvh& bvh, const RaySet& set) {
-    return batch_by_batch("reference", RaysAtOnce::kStream, cpu::OneByOne{cpu::ScalarTracer(bvh)},
-                          set);
+    using Scalar = cpu::OneByOne<cpu::ScalarTracer>;
+    return batch_tracer("reference", RaysAtOnce::kStream,
+                        std::make_shared<const Scalar>(cpu::ScalarTracer(bvh)), set);
 }
 
 TraceAnswers trace_all(const Tracer& tracer, const RaySet& set) {

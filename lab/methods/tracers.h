@@ -7,14 +7,17 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
+#include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "cpu/image/pixel_shader.h"
 
@@ -25,11 +28,12 @@ inline constexpr std::uint32_t kBlockSize = 4;
 inline constexpr std::size_t kPacketSize = 16;
 
 /// Rays of the camera; from the light to what the camera sees; one diffuse ray from each point that
-/// it sees; short ones there; and those of the camera row by row, for one call a ray.
-enum class RayKind { kPrimary, kShadow, kDiffuse, kAo, kOneRay };
+/// it sees; short ones there; those of the camera row by row, for one call a ray; and tiles of rays
+/// that share an origin, lie nearly on a grid and aim at places of the scene.
+enum class RayKind { kPrimary, kShadow, kDiffuse, kAo, kOneRay, kAimed };
 inline constexpr RayKind kAllKinds[] = {RayKind::kPrimary, RayKind::kShadow, RayKind::kDiffuse,
                                         RayKind::kAo, RayKind::kOneRay};
-/// "primary", "shadow", "diffuse", "ao" or "one-ray".
+/// "primary", "shadow", "diffuse", "ao", "one-ray" or "aimed".
 const char* name_of(RayKind kind);
 
 /// A tile of the image and its rays, which are consecutive.
@@ -47,8 +51,9 @@ struct TileRange {
 
 /// The rays of an image, tile after tile. Within a tile they come in packets of 16: for primary and
 /// shadow rays 4x4 blocks in Morton order, for diffuse rays and ambient occlusion the samples of
-/// one pixel after the other. Single rays have rows of pixels as tiles. Slots without a ray are
-/// inactive: without a surface, facing away from the light, and the rest of a last packet.
+/// one pixel after the other. Single rays have rows of pixels as tiles. Tiles of aimed rays have
+/// the order of primary ones. Slots without a ray are inactive: without a surface, facing away from
+/// the light, and the rest of a last packet.
 struct RaySet {
     RayKind kind = RayKind::kPrimary;
     /// params.rays says how an image is traced: for primary rays and for others.
@@ -58,10 +63,16 @@ struct RaySet {
     std::vector<std::uint8_t> active;
     /// In the layout of packets: rays[i] is ray i % kPacketSize of shadows[i / kPacketSize].
     std::vector<cpu::SharedOriginRays> shadows;
+    /// Aimed rays as their packets take them: tile after tile, row by row.
+    std::vector<StoredRay> stored;
     std::vector<TileRays> tiles;
     std::size_t active_count = 0;
 
     bool any_hit() const { return kind == RayKind::kShadow || kind == RayKind::kAo; }
+    /// Whether tiles are packets of rays with a common origin.
+    bool in_packets() const {
+        return kind == RayKind::kPrimary || kind == RayKind::kShadow || kind == RayKind::kAimed;
+    }
 
     TileRange whole() const { return {0, tiles.size()}; }
     /// `count` ranges of as many tiles each as possible, or fewer if it has fewer tiles.
@@ -165,20 +176,39 @@ void for_each_tile(const RaySet& set, const TileRange& range, Visit visit) {
     tbb::parallel_for(range.begin, range.end, [&](std::size_t i) { visit(set.tiles[i]); });
 }
 
-/// "packet", for primary or shadow rays: tiles of 64 x 64. Shadow rays that have too little in
+/// "packet", for primary, shadow or aimed rays: tiles of 64 x 64. Rays that have too little in
 /// common go to single rays. The tree outlives this tracer and those below.
 Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set,
                      cpu::PacketUse use = cpu::PacketUse::kWhereItPays);
-/// "stream": the rays of a tile by one call.
-Tracer stream_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
-/// Packets, streams, and "single", a call a ray; of these what suits the rays.
+/// Packets, "stream", which is the rays of a tile by one call, and "single", a call a ray; of these
+/// what suits the rays.
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
-/// The scalar reference.
+/// "reference": the scalar tracer.
 Tracer reference_tracer(const Bvh& bvh, const RaySet& set);
-
-/// Finds the closest hits of rays of a tile by one call, from several threads at once.
-using IntersectRays = std::function<void(std::span<const Ray>, std::span<Hit>)>;
-Tracer stream_tracer(std::string name, const IntersectRays& intersect, const RaySet& set);
+/// By intersect(rays, hits) and occluded(rays, occluded) of any tracer, a ray or a tile's rays by
+/// one call.
+template <class Traces>
+Tracer batch_tracer(std::string name, RaysAtOnce at_once, std::shared_ptr<const Traces> tracer,
+                    const RaySet& set) {
+    const std::size_t most =
+        at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
+    const auto answers = std::make_shared<TraceAnswers>(set);
+    const auto trace = [tracer, most, answers, &set](const TileRange& range) {
+        for_each_tile(set, range, [&](const TileRays& tile) {
+            for_each_active_run(set, tile, most, [&](std::size_t begin, std::size_t count) {
+                const auto rays = std::span(set.rays).subspan(begin, count);
+                if (set.any_hit()) {
+                    tracer->occluded(rays, std::span(answers->occluded).subspan(begin, count));
+                } else {
+                    tracer->intersect(rays, std::span(answers->hits).subspan(begin, count));
+                }
+            });
+        });
+    };
+    return {.name = std::move(name), .at_once = at_once, .trace = trace, .answers = [answers] {
+                return *answers;
+            }};
+}
 
 /// Traces all rays in the calling thread's arena.
 TraceAnswers trace_all(const Tracer& tracer, const RaySet& set);

@@ -1,90 +1,291 @@
-// morphray chart: refused arguments, and charts of little effort.
+// morphray chart: rays, methods, scores and figures of little effort, and refused arguments.
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <chrono>
+#include <cmath>
+#include <map>
+#include <set>
 #include <sstream>
 #include <thread>
 
 #include "common/base/errors.h"
-#include "lab/accuracy/charts.h"
+#include "cpu/image/tile_tracer.h"
+#include "lab/accuracy/deformation.h"
 #include "scenes/procedural/procedural.h"
 #include "tests/app/program.h"
+#include "tests/support/test_scene.h"
 
 namespace mray::test {
 namespace {
 
-constexpr lab::Effort kLittle{.side = 64, .aimed_rays = 600, .rounds = 1, .failure_rays = 300};
+using namespace lab;
 
-lab::ChartInput cloth() {
+constexpr Effort kLittle{.chunk_rays = 4096, .chunks = 2, .slow_chunks = 1, .failure_rays = 4096};
+constexpr std::array kKinds = {RayKind::kPrimary, RayKind::kAimed, RayKind::kShadow,
+                               RayKind::kDiffuse};
+
+ChartInput cloth() {
     const auto animation = make_procedural("cloth", 500);
     std::vector<vec3> positions(animation->topology().vertex_count);
     animation->positions(12, positions);
     return {"cloth", animation->topology(), std::move(positions)};
 }
 
-std::size_t rows_of(const Table& table) {
+const ChartContext kContext{
+    .effort = kLittle, .devices = {}, .footer = "machine; command", .done = [] {}};
+
+/// The rows of a table by the names of its columns.
+std::vector<std::map<std::string, std::string>> rows_of(const Table& table) {
     std::istringstream text(table.csv());
-    std::size_t count = 0;
-    for (std::string line; std::getline(text, line);) ++count;
-    return count - 1;
+    const auto cells = [](const std::string& line) {
+        std::vector<std::string> all;
+        std::istringstream in(line + ",");
+        for (std::string cell; std::getline(in, cell, ',');) all.push_back(cell);
+        return all;
+    };
+    std::string line;
+    std::getline(text, line);
+    const std::vector<std::string> names = cells(line);
+    std::vector<std::map<std::string, std::string>> rows;
+    while (std::getline(text, line)) {
+        const std::vector<std::string> values = cells(line);
+        EXPECT_EQ(values.size(), names.size()) << line;
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            if (i == 0) rows.emplace_back();
+            rows.back()[names[i]] = values[i];
+        }
+    }
+    return rows;
 }
 
-std::unique_ptr<Backend> no_vulkan() { throw Error(ErrorKind::kUnavailable, "not in this test"); }
+TEST(ChartRays, AreTheSameInBothSpaces) {
+    ChartInput input = cloth();
+    for (vec3& p : input.positions) p += vec3(4000, 4000, 4000);
+    const ChartScene scene = make_chart_scene(input);
+    const ExactReferee ours(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
+    const ExactReferee theirs(scene.topology, scene.world_space.positions, scene.world_space.bvh);
+    for (const RayKind kind : kKinds) {
+        const RaySet rays = make_chart_rays(scene, kind, 1, 4096);
+        const RaySet world = to_world(rays, scene.space);
+        ASSERT_EQ(rays.rays.size(), world.rays.size());
+        for (std::size_t i = 0; i < rays.rays.size(); ++i) {
+            ASSERT_EQ(ours.closest(rays.rays[i]).prim_id, theirs.closest(world.rays[i]).prim_id)
+                << name_of(kind) << ' ' << i;
+        }
+    }
+}
 
-const lab::ChartContext kContext{
-    .effort = kLittle, .make_vulkan_backend = no_vulkan, .footer = "machine; command"};
-
-TEST(Chart, HasARowForEachMethodAndScene) {
-    EXPECT_GT(rows_of(lab::accuracy_chart(kContext, cloth(), "").table), 5u);
-    // Embree adds methods if it is installed.
-    const std::size_t scenes = lab::failure_scenes().size() + 1;
-    EXPECT_GE(rows_of(lab::failure_chart(kContext, {cloth()}).table), 3 * scenes);
+TEST(ChartRays, OfTilesFitPacketsAndMeetVerticesAndEdges) {
+    const ChartScene scene = make_chart_scene(cloth());
+    const RaySet rays = make_chart_rays(scene, RayKind::kAimed, 0, 16 * 4096);
+    const cpu::TileTracer tracer(scene.scene_space.bvh, best_simd_target());
+    std::vector<Hit> hits(4096);
+    const ExactReferee referee(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
+    std::size_t in_packets = 0;
+    std::size_t hits_in_all = 0;
+    std::size_t near_edges = 0;
+    for (const TileRays& tile : rays.tiles) {
+        in_packets += tracer.intersect_stored(
+            {&rays.stored[tile.begin], 64, 64, 64, rays.rays[tile.begin].org}, hits.data());
+        for (std::size_t i = tile.begin; i < tile.end; ++i) {
+            const Truth truth = referee.closest(rays.rays[i]);
+            if (!truth.hit()) continue;
+            ++hits_in_all;
+            const uvec3 t = scene.topology.triangles[truth.prim_id];
+            const std::vector<vec3>& p = scene.scene_space.positions;
+            near_edges +=
+                ExactTriangle(rays.rays[i], p[t.x], p[t.y], p[t.z]).edge_distance() < 1e-5;
+        }
+    }
+    if (best_simd_target().name != std::string("scalar")) {
+        EXPECT_GE(in_packets, 12u);
+    }
+    EXPECT_GT(near_edges, hits_in_all / 4);
+    EXPECT_GT(hits_in_all, rays.rays.size() / 8);
 }
 
 TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
-    std::vector<lab::ChartInput> inputs = lab::failure_scenes();
+    std::vector<ChartInput> inputs = failure_scenes();
     inputs.push_back(cloth());
-    for (const lab::ChartInput& input : inputs) {
+    for (const ChartInput& input : inputs) {
         // From far away one ulp of t is larger than the detail's triangles
         // (docs/guide/crosscheck.md).
         if (input.name == "detail 1 in 1e6") continue;
-        const lab::ChartScene scene = lab::make_chart_scene(input, 64, 10000);
-        for (const lab::Measured& measured :
-             lab::measure(scene, lab::our_methods(scene, no_vulkan), 1)) {
-            EXPECT_EQ(measured.camera.wrong(), 0u) << input.name << ' ' << measured.method;
-            EXPECT_EQ(measured.aimed.wrong(), 0u) << input.name << ' ' << measured.method;
+        const ChartScene scene = make_chart_scene(input);
+        const ChartMethods methods(scene, {});
+        const auto ours = [&](const ChartRays& rays) {
+            std::vector<ChartTracer> tracers = methods(rays);
+            std::erase_if(tracers, [](const ChartTracer& one) { return one.family != "ours"; });
+            return tracers;
+        };
+        for (const RayKind kind : kKinds) {
+            for (const ChartPoint& point : measure(scene, ours, kind, kLittle, [] {})) {
+                EXPECT_EQ(point.score.wrong(), 0u)
+                    << input.name << ' ' << name_of(kind) << ' ' << point.method;
+            }
         }
     }
 }
 
-TEST(Chart, TracesTheSameRaysInBothSpaces) {
-    lab::ChartInput input = cloth();
-    for (vec3& p : input.positions) p += vec3(4000, 4000, 4000);
-    const lab::ChartScene scene = lab::make_chart_scene(input, 64, 500);
-    const std::vector<Ray>& rays = scene.scene_space.aimed.rays;
-    ASSERT_EQ(rays.size(), scene.world_space.aimed.rays.size());
-    const lab::ExactReferee ours(scene.topology, scene.scene_space.positions,
-                                 scene.scene_space.bvh);
-    const lab::ExactReferee theirs(scene.topology, scene.world_space.positions,
-                                   scene.world_space.bvh);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        EXPECT_EQ(ours.closest(rays[i]).prim_id,
-                  theirs.closest(scene.world_space.aimed.rays[i]).prim_id);
+TEST(Chart, SeesAPlantedMethodInItsOwnPointAlone) {
+    const ChartScene scene = make_chart_scene(cloth());
+    const ChartMethods methods(scene, {});
+    const auto with_planted = [&](const ChartRays& rays) {
+        std::vector<ChartTracer> tracers = methods(rays);
+        ChartTracer planted = tracers.front();
+        planted.method = "planted";
+        planted.tiles = rays.scene_space.whole();
+        planted.tracer = reference_tracer(scene.scene_space.bvh, rays.scene_space);
+        planted.tracer.answers = [right = planted.tracer.answers] {
+            TraceAnswers answers = right();
+            for (std::size_t i = 0; i < answers.hits.size(); i += 64) answers.hits[i] = no_hit();
+            for (std::size_t i = 0; i < answers.occluded.size(); i += 64) answers.occluded[i] ^= 1;
+            for (std::size_t i = 1; i < answers.hits.size(); i += 64)
+                answers.hits[i].t = std::nextafter(answers.hits[i].t, 1e30f) * 1.01f;
+            return answers;
+        };
+        tracers.insert(tracers.begin() + 2, std::move(planted));
+        return tracers;
+    };
+    for (const RayKind kind : kKinds) {
+        for (const ChartPoint& point : measure(scene, with_planted, kind, kLittle, [] {})) {
+            const double worst = point.score.errors[0].largest();
+            if (point.method == "planted") {
+                EXPECT_GT(point.score.wrong(), 5u) << name_of(kind);
+                EXPECT_GT(worst, kind == RayKind::kShadow ? -1 : 50'000) << name_of(kind);
+            } else if (point.family == "ours") {
+                EXPECT_EQ(point.score.wrong(), 0u) << name_of(kind) << ' ' << point.method;
+                EXPECT_LT(worst, 5'000) << name_of(kind) << ' ' << point.method;
+            }
+        }
     }
+}
+
+TEST(Chart, HasARowForEachMethodAndWaysToTraceOnly) {
+    std::map<std::string, std::set<std::string>> methods;
+    for (const auto& row : rows_of(accuracy_chart(kContext, cloth(), "").table))
+        methods[row.at("kind")].insert(row.at("method"));
+    for (const char* const method : {"brute force", "scalar", "packets", "streams", "single",
+                                     "2007 packets", "rule Woop", "rule double"})
+        EXPECT_TRUE(methods["primary"].contains(method)) << method;
+    EXPECT_EQ(methods["primary"], methods["aimed"]);
+    EXPECT_TRUE(methods["shadow"].contains("light packets"));
+    for (const char* const method : {"packets", "2007 packets"})
+        EXPECT_FALSE(methods["diffuse"].contains(method)) << method;
+}
+
+TEST(Chart, SaysInItsTitleWhatItsTableHas) {
+    const Chart chart = accuracy_chart(kContext, cloth(), "");
+    const std::string& title = chart.figures[0].second.title;
+    std::map<std::string, std::pair<double, std::string>> fastest;
+    for (const auto& row : rows_of(chart.table)) {
+        auto& [speed, text] = fastest[row.at("kind") + (row.at("wrong") == "0" ? "" : " wrong")];
+        const double mrays = std::stod(row.at("speed [Mray/s]"));
+        if (mrays < speed) continue;
+        speed = mrays;
+        text = row.at("method") + " (" + row.at("speed [Mray/s]") + " Mray/s, " + row.at("wrong") +
+               " of " + row.at("rays") + " wrong)";
+    }
+    for (const auto& [kind, best] : fastest)
+        EXPECT_NE(title.find(best.second), std::string::npos) << kind << ": " << best.second;
+}
+
+/// The cloth and two of its frames.
+ChartInput moving_cloth() {
+    ChartInput input = cloth();
+    const auto animation = make_procedural("cloth", 500);
+    for (const double frame : {0.0, 20.0}) {
+        input.frame_numbers.push_back(frame);
+        input.frames.emplace_back(animation->topology().vertex_count);
+        animation->positions(frame, input.frames.back());
+    }
+    return input;
+}
+
+TEST(Deformation, HasEachWayToUpdateInEachFrameAndOursAreRight) {
+    const Chart chart = deformation_chart(kContext, moving_cloth(), "_2");
+    EXPECT_EQ(chart.name, "deformation_2");
+    std::map<std::string, std::vector<std::string>> hits;
+    for (const auto& row : rows_of(chart.table)) {
+        hits[row.at("method")].push_back(row.at("frame") + " " + row.at("t median [ulp]"));
+        if (row.at("family") == "ours") {
+            EXPECT_EQ(row.at("wrong"), "0") << row.at("method");
+        }
+        EXPECT_GT(std::stod(row.at("frame [ms]")), std::stod(row.at("update [ms]")));
+    }
+    ASSERT_EQ(hits.size(), 5u);
+    // All ways to update trace the same pose.
+    for (const char* const method : {"restructure", "rebuild"})
+        EXPECT_EQ(hits[method], hits["refit"]) << method;
+    EXPECT_EQ(hits["2007 refit"], hits["2007 rebuild"]);
+    EXPECT_NE(hits["refit"][0].substr(2), hits["refit"][1].substr(3));
 }
 
 TEST(Chart, IsDrawnFromItsTable) {
-    for (const lab::Chart& chart :
-         {lab::accuracy_chart(kContext, cloth(), ""), lab::failure_chart(kContext, {cloth()})}) {
-        const std::string svg = plot::draw(chart.figure, chart.table.csv(), "svg");
-        EXPECT_NE(svg.find("<svg"), std::string::npos) << chart.name;
-        EXPECT_NE(svg.find(">machine; command<"), std::string::npos) << chart.name;
-        for (const plot::Panel& panel : chart.figure.panels) {
-            for (const char* name : {"x", "y", "series"})
-                EXPECT_NE(chart.table.csv().find(panel.at(name)), std::string::npos) << name;
+    for (const Chart& chart :
+         {accuracy_chart(kContext, cloth(), ""), failure_chart(kContext, {cloth()}),
+          deformation_chart(kContext, moving_cloth(), "")}) {
+        const std::string csv = chart.table.csv();
+        for (const auto& [name, figure] : chart.figures) {
+            const std::string svg = plot::draw(figure, csv, "svg");
+            EXPECT_NE(svg.find("<svg"), std::string::npos) << name;
+            EXPECT_NE(svg.find(">machine; command<"), std::string::npos) << name;
+            EXPECT_EQ(plot::draw(figure, csv, "pdf").substr(0, 5), "%PDF-") << name;
+            for (const plot::Panel& panel : figure.panels) {
+                for (const char* key : {"x", "y", "series", "xlower", "lower", "shade"}) {
+                    EXPECT_TRUE(!panel.contains(key) ||
+                                csv.find(panel.at(key)) != std::string::npos)
+                        << panel.at(key);
+                }
+            }
         }
     }
+}
+
+/// The probability of at most k of n, summed term by term.
+double binomial_sum(int k, int n, double p) {
+    double sum = 0;
+    for (int i = 0; i <= k; ++i)
+        sum += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) +
+                        i * std::log(p) + (n - i) * std::log1p(-p));
+    return sum;
+}
+
+TEST(Rate, HasTheExactIntervalOfABinomial) {
+    for (const int n : {1, 10, 1000, 100'000}) {
+        for (const int k : {0, 1, 3, n / 3, n}) {
+            if (k > n) continue;
+            const Rate rate = rate_of(k, n);
+            EXPECT_DOUBLE_EQ(rate.value, static_cast<double>(k) / n);
+            if (k < n) {
+                EXPECT_NEAR(binomial_sum(k, n, rate.upper), 0.025, 1e-8) << k << ' ' << n;
+            }
+            if (k > 0) {
+                EXPECT_NEAR(binomial_sum(k - 1, n, rate.lower), 0.975, 1e-8) << k << ' ' << n;
+            }
+        }
+        EXPECT_EQ(rate_of(0, n).lower, 0);
+        EXPECT_EQ(rate_of(n, n).upper, 1);
+    }
+    EXPECT_NEAR(rate_of(0, 10'000'000).upper, 3.689e-7, 1e-10);
+    EXPECT_EQ(rate_of(0, 0).upper, 1);
+}
+
+TEST(ErrorCounts, GiveQuantilesAndTheLargest) {
+    ErrorCounts counts;
+    EXPECT_EQ(counts.quantile(0.5), 0);
+    for (int i = 1; i <= 1000; ++i) counts.add(i);
+    ErrorCounts zeros;
+    for (int i = 0; i < 1000; ++i) zeros.add(0);
+    EXPECT_EQ(zeros.quantile(0.99), 0);
+    EXPECT_NEAR(counts.quantile(0.5), 500, 12);
+    EXPECT_NEAR(counts.quantile(0.99), 990, 22);
+    EXPECT_EQ(counts.quantile(1), 1000);
+    counts += zeros;
+    EXPECT_EQ(counts.count(), 2000u);
+    EXPECT_EQ(counts.quantile(0.5), 0);
+    EXPECT_EQ(counts.largest(), 1000);
 }
 
 TEST(ChartCommand, RefusesAMissingSceneAndLeavesNothing) {

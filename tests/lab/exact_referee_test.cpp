@@ -81,6 +81,40 @@ TEST(ExactReferee, ExcusesAMissBesideABoundaryEdgeButNotInsideTheSurface) {
     EXPECT_EQ(court.verdict(inside, kNoPrim), Verdict::kFalseMiss);
 }
 
+TEST(ExactReferee, JudgesOcclusion) {
+    const Court court(two_squares());
+    const auto verdict = [&](vec3 org, bool occluded, float tfar = kInfiniteT) {
+        Ray ray = scene_ray(court.scene, org, {0, 0, -1});
+        ray.tfar = tfar;
+        return court.referee.judge_occlusion(ray, court.truth(ray), occluded);
+    };
+    EXPECT_EQ(verdict({1, -2, 0}, true), Verdict::kRight);
+    EXPECT_EQ(verdict({1, -2, 0}, false), Verdict::kFalseMiss);
+    EXPECT_EQ(verdict({1, 1, 0}, false), Verdict::kLeak);
+    EXPECT_EQ(verdict({7, 0, 0}, false), Verdict::kRight);
+    EXPECT_EQ(verdict({7, 0, 0}, true), Verdict::kFalseHit);
+    // The boundary edge, where either answer will do.
+    EXPECT_EQ(verdict({4, 1, 0}, false), Verdict::kDisplaced);
+    // A range that ends before the first square.
+    EXPECT_EQ(verdict({1, -2, 0}, false, 1), Verdict::kRight);
+    EXPECT_EQ(verdict({1, -2, 0}, true, 1), Verdict::kFalseHit);
+}
+
+TEST(ExactReferee, MeasuresHowFarAHitIsOff) {
+    const std::vector<vec3> positions = {{-3, -3, -1.5f}, {5, -3, -1.5f}, {-3, 5, -1.5f}};
+    const Topology topology = TestScene(positions, {{0, 1, 2}}).topology();
+    const Bvh bvh = build_bvh(topology, positions);
+    const ExactReferee referee(topology, positions, bvh);
+    const Ray ray = towards({-1, -2, 0}, {0, 0, -1});
+    const float up = std::nextafter(1.5f, 2.0f);
+    const auto expect = [&](const Hit& hit, double t, double u, double v) {
+        EXPECT_EQ(referee.errors(ray, hit), (std::array{t, u, v}));
+    };
+    expect({1.5f, 0.25f, 0.125f, 0}, 0, 0, 0);
+    expect({up, 0.25f, 0.125f, 0}, 1, 0, 0);
+    expect({1.5f, 0.25f + 0x1p-22f, 0.125f - 0x1p-25f, 0}, 0, 2, 0.25);
+}
+
 TEST(ExactReferee, DistinguishesRaysBeyondThePrecisionOfDoubles) {
     // The corners span 2^60 of the smallest step: the edge's sign needs more digits than a double.
     const vec3 a(-0x1p20f, -0x1p-40f, -0x1p20f);

@@ -126,7 +126,7 @@ foreach(file IN LISTS files)
     file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*[<\"]")
     # The file that Highway compiles once for each target.
     set(dispatches FALSE)
-    if(file MATCHES "^(cpu|common/simd|common/bvh|scenes/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
+    if(file MATCHES "^(cpu|common/simd|common/bvh|lab/methods|scenes/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
         set(dispatches TRUE)
     endif()
     foreach(line IN LISTS lines)

@@ -17,7 +17,7 @@
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/gpu/peer_interface.h"
 #include "lab/bench/options.h"
-#include "lab/bench/peer_tree.h"
+#include "lab/methods/peer_tree.h"
 #include "lab/methods/report.h"
 #include "lab/methods/tracers.h"
 #include "shaders/kernel_interface.h"

@@ -1,14 +1,14 @@
 // Based on: I. Wald, S. Boulos, P. Shirley. Ray tracing deformable scenes using dynamic bounding
 // volume hierarchies. ACM Transactions on Graphics 26(1). 2007.
 //
-// The paper's traversal as it stands there, with vectors of 16 where it had 4. Changed: triangles
-// are intersected by the planes through the common origin and their edges, set up once a packet.
-// Its rounding is its own, so hits differ from ours as rarely as Embree's.
+// The paper's traversal as it stands there, with vectors as wide as the processor's where it had 4.
+// Changed: triangles are intersected by the planes through the common origin and their edges, set up
+// once a packet. Its rounding is its own, so hits differ from ours as rarely as Embree's.
 #pragma once
 
 #include <span>
 
-#include "lab/bench/peer_tree.h"
+#include "lab/methods/peer_tree.h"
 #include "lab/methods/tracers.h"
 
 namespace mray::lab {
@@ -16,7 +16,8 @@ namespace mray::lab {
 /// Binned SAH, a box test at the cost of a triangle's.
 PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions);
 
-/// For primary or shadow rays, with packets made before, as Embree's are.
+/// For tiles of rays with a common origin, whose packets are made before. Compiled for the best
+/// instruction set, as our own tracers are.
 Tracer paper_tracer(const PeerTree& tree, const RaySet& set);
 
 }  // namespace mray::lab

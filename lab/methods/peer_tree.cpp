@@ -1,4 +1,4 @@
-#include "lab/bench/peer_tree.h"
+#include "lab/methods/peer_tree.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
