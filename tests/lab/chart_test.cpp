@@ -95,13 +95,14 @@ TEST(ChartRays, OfTilesFitPacketsAndMeetVerticesAndEdges) {
             const uvec3 t = scene.topology.triangles[truth.prim_id];
             const std::vector<vec3>& p = scene.scene_space.positions;
             near_edges +=
-                ExactTriangle(rays.rays[i], p[t.x], p[t.y], p[t.z]).edge_distance() < 1e-5;
+                ExactTriangle(rays.rays[i], p[t.x], p[t.y], p[t.z]).edge_distance() < 1e-4;
         }
     }
     if (best_simd_target().name != std::string("scalar")) {
         EXPECT_GE(in_packets, 12u);
     }
-    EXPECT_GT(near_edges, hits_in_all / 4);
+    // From near most rays go through the middle of a triangle.
+    EXPECT_GT(near_edges, hits_in_all / 10);
     EXPECT_GT(hits_in_all, rays.rays.size() / 8);
 }
 
