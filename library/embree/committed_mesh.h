@@ -2,13 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -1,12 +1,9 @@
 #include "library/embree/device.h"
 
-#include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <iterator>
-#include <map>
 #include <new>
 
 #include "library/embree/geometry.h"

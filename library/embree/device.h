@@ -9,8 +9,6 @@
 #endif
 
 #include <atomic>
-#include <cstdint>
-#include <string>
 #include <type_traits>
 #include <utility>
 

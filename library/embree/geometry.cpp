@@ -1,10 +1,6 @@
 #include "library/embree/geometry.h"
 
-#include <cstdint>
 #include <new>
-#include <utility>
-
-#include <glm/geometric.hpp>
 
 #include "library/embree/scene.h"
 

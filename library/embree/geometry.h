@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <map>
-#include <utility>
 
 #include <glm/ext/vector_double3.hpp>
 

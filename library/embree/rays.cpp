@@ -1,16 +1,5 @@
 #include "library/embree/rays.h"
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <span>
-#include <type_traits>
-#include <utility>
-#include <vector>
-
 namespace mray::embree {
 namespace {
 

@@ -1,19 +1,7 @@
 #include "library/embree/scene.h"
 
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <map>
 #include <set>
-#include <span>
-#include <string>
-#include <utility>
-
-#include <glm/geometric.hpp>
 
 namespace mray::embree {
 namespace {

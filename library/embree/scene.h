@@ -1,10 +1,7 @@
 // Scenes: attached geometries, and what a commit makes of them.
 #pragma once
 
-#include <memory>
 #include <mutex>
-#include <optional>
-#include <vector>
 
 #include "library/embree/committed_mesh.h"
 #include "morphray/scene.hpp"

@@ -2,14 +2,10 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <optional>
 #include <random>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"

@@ -1,9 +1,7 @@
 // A device, and the backends that scenes on it use.
 #pragma once
 
-#include <memory>
 #include <mutex>
-#include <string>
 
 #include "common/backend.h"
 #include "common/base/thread_arena.h"

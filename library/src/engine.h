@@ -2,9 +2,6 @@
 // trees and hits are in scene space.
 #pragma once
 
-#include <memory>
-#include <span>
-
 #include "common/backend.h"
 #include "common/scene/camera_setup.h"
 #include "morphray/images.hpp"

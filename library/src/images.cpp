@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cstddef>
 #include <cstring>
 
 #include "common/base/input_file.h"

@@ -2,12 +2,6 @@
 #pragma once
 
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 
 #include "common/base/thread_arena.h"
 #include "common/base/watch.h"

@@ -1,11 +1,8 @@
 #include "library/src/ray_order.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
-#include <utility>
 
 #include <glm/common.hpp>
 

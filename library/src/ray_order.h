@@ -3,12 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <mutex>
-#include <optional>
-#include <span>
-#include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/base/thread_arena.h"

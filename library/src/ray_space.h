@@ -1,15 +1,6 @@
 // Rays, points and hits between world space and scene space.
 #pragma once
 
-#include <algorithm>
-#include <bit>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <span>
-
-#include <glm/vec3.hpp>
-
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"

@@ -1,15 +1,7 @@
 #include "library/src/render.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
-
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <cstddef>
-#include <optional>
-#include <vector>
 
 #include "common/frame_times.h"
 #include "common/image/depth.h"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <mutex>
-#include <utility>
 
 #include "common/image/frame.h"
 #include "common/interop/params.h"

@@ -2,10 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <limits>
-#include <utility>
-
 #include <glm/common.hpp>
 
 #include "common/bvh/box.h"

@@ -1,15 +1,6 @@
 // The state of a Scene: meshes, their positions, and a backend with a tree that follows them.
 #pragma once
 
-#include <atomic>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "common/backend.h"
 #include "common/scene/vertex_normals.h"
 #include "common/update/tree_updater.h"

@@ -1,11 +1,7 @@
 // The members of Scene that answer queries about points.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <limits>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/bvh/exact_closest.h"

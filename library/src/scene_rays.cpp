@@ -1,16 +1,8 @@
 // The members of Scene that trace rays, and the normals of hits.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <limits>
-#include <mutex>
 #include <numeric>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 #include <glm/geometric.hpp>
 

@@ -1,7 +1,6 @@
 #include "library/python/module/arrays.h"
 
 #include <functional>
-#include <utility>
 
 #include "library/python/module/module.h"
 #include "morphray/error.hpp"

@@ -2,11 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <cstddef>
 #include <cstring>
-#include <limits>
-#include <memory>
-#include <optional>
 
 #include "library/python/module/module.h"
 #include "library/python/module/scene.h"

@@ -2,7 +2,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <filesystem>
 
 #include "library/python/module/arrays.h"

@@ -5,10 +5,8 @@
 #include <pybind11/eval.h>
 
 #include <cstring>
-#include <utility>
 
 #include "library/python/module/arrays.h"
-#include "morphray/device.hpp"
 #include "morphray/error.hpp"
 #include "morphray/version.hpp"
 

@@ -5,11 +5,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <atomic>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "morphray/device.hpp"
 #include "morphray/images.hpp"
 #include "morphray/scene.hpp"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <utility>
 
 namespace morphray::python {
 namespace {

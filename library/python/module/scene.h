@@ -3,14 +3,9 @@
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <shared_mutex>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/module.h"

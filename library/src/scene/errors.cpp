@@ -4,7 +4,6 @@
 #include <exception>
 #include <iterator>
 #include <new>
-#include <stdexcept>
 
 #include "common/base/errors.h"
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <utility>
 
 #include "common/interop/lit.h"
 #include "common/scene/vertex_normals.h"

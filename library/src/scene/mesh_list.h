@@ -1,15 +1,9 @@
 // The meshes of a scene, as one topology and one sequence of vertices.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <map>
-#include <memory>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"

@@ -3,12 +3,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
-#include <algorithm>
-#include <cstddef>
-#include <cstring>
-#include <iterator>
-#include <utility>
-
 #include "common/scene/camera_setup.h"
 #include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/errors.h"

@@ -1,12 +1,6 @@
 // Reads the caller's positions into scene space.
 #pragma once
 
-#include <cstdint>
-#include <map>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "common/base/thread_arena.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
