@@ -18,22 +18,6 @@ CommittedMesh make_mesh(const Ref<Geometry>& geometry, unsigned int id,
     return mesh;
 }
 
-/// Appends the meshes of a scene, or of the scene of an instance.
-void collect(const Attachments& attachments, const Ref<Geometry>& instance, unsigned int inst_id,
-             std::vector<CommittedMesh>& meshes) {
-    for (const auto& [id, geometry] : attachments) {
-        if (!geometry->is_enabled) continue;
-        if (const char* const what = geometry->unsupported()) fail_unsupported(what);
-        if (!geometry->is_instance()) {
-            meshes.push_back(make_mesh(geometry, id, instance, inst_id));
-        } else if (instance.get() != nullptr) {
-            fail_unsupported("instances of scenes with instances are");
-        } else if (const SceneObject* const scene = geometry->instanced.get()) {
-            collect(scene->attachments(), geometry, id, meshes);
-        }
-    }
-}
-
 /// Triangles with what is no finite number are never hit anyway.
 bool is_far(const morphray::Vec3& p) {
     return !is_in_range(p) && std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -48,15 +32,14 @@ void CommittedMesh::place() {
         constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
         return is_in_range(p) ? p : morphray::Vec3{kNone, kNone, kNone};
     };
-    if (!is_instance()) {
-        for (std::size_t i = 0; i < vertices.count; ++i)
-            own_positions[i] = keep(vertex(static_cast<std::uint32_t>(i)));
-        return;
+    if (is_instance()) {
+        to_world = instance->transform;
+        to_object = to_world.inverse();
     }
-    to_world = instance->transform;
-    to_object = to_world.inverse();
-    for (std::size_t i = 0; i < vertices.count; ++i)
-        own_positions[i] = keep(to_world.point(keep(vertex(static_cast<std::uint32_t>(i)))));
+    for (std::size_t i = 0; i < vertices.count; ++i) {
+        const morphray::Vec3 p = keep(vertex(static_cast<std::uint32_t>(i)));
+        own_positions[i] = is_instance() ? keep(to_world.point(p)) : p;
+    }
 }
 
 void CommittedMesh::make_normals() {
@@ -132,11 +115,9 @@ bool CommittedMesh::read_masks() {
 morphray::MeshView CommittedMesh::view(std::vector<std::uint32_t>& triangles) const {
     morphray::MeshView view;
     if (used_vertices == 0) return view;
-    if (has_own_positions) {
+    view.positions = {vertices.data, used_vertices, vertices.stride};
+    if (has_own_positions)
         view.positions = {own_positions.data(), used_vertices, sizeof(morphray::Vec3)};
-    } else {
-        view.positions = {vertices.data, used_vertices, vertices.stride};
-    }
     bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
     const std::size_t count = triangle_count();
     std::array<std::uint32_t, 3> corners;
@@ -156,19 +137,19 @@ morphray::MeshView CommittedMesh::view(std::vector<std::uint32_t>& triangles) co
     return view;
 }
 
-std::vector<CommittedMesh> collect_meshes(const Attachments& attachments) {
-    std::vector<CommittedMesh> meshes;
-    collect(attachments, {}, kInvalid, meshes);
-    return meshes;
-}
-
-bool have_same_shape(const std::vector<CommittedMesh>& a, const std::vector<CommittedMesh>& b) {
-    return std::equal(
-        a.begin(), a.end(), b.begin(), b.end(), [](const CommittedMesh& p, const CommittedMesh& q) {
-            return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.geometry == q.geometry &&
-                   p.instance == q.instance && p.versions[0].shape == q.versions[0].shape &&
-                   p.versions[1].shape == q.versions[1].shape;
-        });
+void collect_meshes(const Attachments& attachments, const Ref<Geometry>& instance,
+                    unsigned int inst_id, std::vector<CommittedMesh>& meshes) {
+    for (const auto& [id, geometry] : attachments) {
+        if (!geometry->is_enabled) continue;
+        if (const char* const what = geometry->unsupported()) fail_unsupported(what);
+        if (!geometry->is_instance()) {
+            meshes.push_back(make_mesh(geometry, id, instance, inst_id));
+        } else if (instance.get() != nullptr) {
+            fail_unsupported("instances of scenes with instances are");
+        } else if (const SceneObject* const scene = geometry->instanced.get()) {
+            collect_meshes(scene->attachments(), geometry, id, meshes);
+        }
+    }
 }
 
 }  // namespace mray::embree

@@ -39,9 +39,9 @@ struct Bounds {
 /// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
 struct CommittedMesh {
     Ref<Geometry> geometry;
-    /// It is null if the mesh is attached to the scene itself.
+    /// Null if the mesh is attached to the scene itself.
     Ref<Geometry> instance;
-    /// Mesh and instance had these at the last commit.
+    /// Those of mesh and instance at the last commit.
     std::array<GeometryVersion, 2> versions = {};
     unsigned int geom_id = kInvalid;
     unsigned int inst_id = kInvalid;
@@ -58,16 +58,16 @@ struct CommittedMesh {
     Transform to_object = {};
     /// The tracer reads own_positions of instances and of meshes with vertices too far away.
     bool has_own_positions = false;
-    /// They are in the space of the scene. Vertices that are out of range are NaN.
+    /// In the space of the scene. Vertices that are out of range are NaN.
     std::vector<morphray::Vec3> own_positions = {};
-    /// It encloses the triangles that can be hit, in the space of the scene.
+    /// Around the triangles that can be hit, in the space of the scene.
     Bounds bounds = {};
-    /// The triangles that find_traced_corners() did not find when the tracer was given the others.
+    /// The triangles without traced corners when the tracer was given the others.
     std::vector<std::size_t> left_out = {};
-    /// Whether the tracer reads a finite vertex that is out of range where the caller has it.
+    /// Whether the tracer reads a finite vertex that is out of range from the caller.
     bool reads_far_vertex = false;
-    /// The cross product of each triangle's edges, in the space of the mesh: looking up vertices
-    /// takes up to a quarter of a hit's time. The meshes of one geometry share them.
+    /// The cross product of each triangle's edges, in the space of the mesh, which saves up to a
+    /// quarter of a hit's time. The meshes of one geometry share them.
     const morphray::Vec3* normals = nullptr;
     std::vector<morphray::Vec3> own_normals = {};
 
@@ -85,11 +85,10 @@ struct CommittedMesh {
             return ids[0] < count && ids[1] < count && ids[2] < count;
         }
         const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
-        if (triangle % 2 == 0) {
+        if (triangle % 2 == 0)
             corners = {ids[0], ids[1], ids[3]};
-        } else {
+        else
             corners = {ids[2], ids[3], ids[1]};
-        }
         return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
     }
     /// False if an index or a vertex of a quad is out of range: else its other half would be hit.
@@ -125,9 +124,9 @@ struct CommittedMesh {
 
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
-/// The enabled meshes by the IDs on the way to them: ties go to the lowest. Throws Failure.
-std::vector<CommittedMesh> collect_meshes(const Attachments& attachments);
-
-bool have_same_shape(const std::vector<CommittedMesh>& a, const std::vector<CommittedMesh>& b);
+/// Appends the enabled meshes of a scene, or of the scene of an instance, by ascending ID: ties go
+/// to the lowest. Throws Failure.
+void collect_meshes(const Attachments& attachments, const Ref<Geometry>& instance,
+                    unsigned int inst_id, std::vector<CommittedMesh>& meshes);
 
 }  // namespace mray::embree

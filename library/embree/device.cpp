@@ -15,16 +15,9 @@ namespace {
 
 constexpr std::uint64_t kNoDevice = 0;
 
-struct Errors {
-    /// The first one since the last look, by the number of its device.
-    std::map<std::uint64_t, RTCError> first;
-    std::string last_message;
-};
-
-Errors& errors() {
-    thread_local Errors mine;
-    return mine;
-}
+/// The first error since the last look, by the number of its device.
+thread_local std::map<std::uint64_t, RTCError> first_errors;
+thread_local std::string last_message;
 
 std::uint64_t number_of(const Device* device) {
     return device == nullptr ? kNoDevice : device->number();
@@ -104,11 +97,9 @@ constexpr ssize_t kProperties[][2] = {
 void fail_argument(std::string message) {
     throw Failure{RTC_ERROR_INVALID_ARGUMENT, std::move(message)};
 }
-
 void fail_operation(std::string message) {
     throw Failure{RTC_ERROR_INVALID_OPERATION, std::move(message)};
 }
-
 void fail_unsupported(const std::string& what) {
     throw Unsupported{{RTC_ERROR_INVALID_OPERATION, what + " not supported by morphray"}};
 }
@@ -120,8 +111,7 @@ void report_current(Device* device, const char* call) noexcept {
     try {
         Failure failure = current_failure();
         failure.message.insert(0, std::string(call) + ": ");
-        auto& [first, last_message] = errors();
-        first.try_emplace(number_of(device), failure.code);
+        first_errors.try_emplace(number_of(device), failure.code);
         last_message = failure.message;
         if (device == nullptr || device->error_function == nullptr) return;
         device->error_function(device->error_user, failure.code, failure.message.c_str());
@@ -148,14 +138,12 @@ ssize_t rtcGetDeviceProperty(RTCDevice device, enum RTCDeviceProperty property) 
         return 0;
     });
 }
-
 void rtcSetDeviceProperty(RTCDevice device, const enum RTCDeviceProperty, ssize_t) {
     with<Device>(__func__, device, [](Device&) { fail_argument("no property can be set"); });
 }
-
 RTCError rtcGetDeviceError(RTCDevice device) {
     return guarded(__func__, nullptr, [&] {
-        const auto taken = errors().first.extract(number_of(reinterpret_cast<Device*>(device)));
+        const auto taken = first_errors.extract(number_of(reinterpret_cast<Device*>(device)));
         return taken ? taken.mapped() : RTC_ERROR_NONE;
     });
 }
@@ -185,9 +173,8 @@ const char* rtcGetErrorString(RTCError error) {
     const auto code = static_cast<std::size_t>(error);
     return code < std::size(kNames) ? kNames[code] : "RTC_ERROR_UNKNOWN";
 }
-
 const char* rtcGetDeviceLastErrorMessage(RTCDevice) {
-    return guarded(__func__, nullptr, [] { return errors().last_message.c_str(); });
+    return guarded(__func__, nullptr, [] { return last_message.c_str(); });
 }
 #endif
 
@@ -217,7 +204,6 @@ void refuse(const char* call, RTCGeometry geometry, const char* what) {
 constexpr RTCDevice kNoHandle = nullptr;
 constexpr const char* kBuilder = "its own builder is";
 constexpr const char* kInterpolation = "interpolation is";
-constexpr const char* kPointPackets = "packets of point queries are";
 #if MORPHRAY_EMBREE == 3
 constexpr const char* kStreams = "streams of packets and of arrays are";
 #endif
@@ -241,9 +227,10 @@ constexpr const char* kUser = "user geometries are";
         refuse(#call, geometry, kSubdivision);             \
         return kInvalid;                                   \
     }
-#define MORPHRAY_REFUSED_POINTS(n)                                                                \
-    MORPHRAY_REFUSED_AS(bool, rtcPointQuery##n, scene, kPointPackets, const int*, RTCScene scene, \
-                        RTCPointQuery##n*, RTCPointQueryContext*, RTCPointQueryFunction, void**)
+#define MORPHRAY_REFUSED_POINTS(n)                                                                 \
+    MORPHRAY_REFUSED_AS(bool, rtcPointQuery##n, scene, "packets of point queries are", const int*, \
+                        RTCScene scene, RTCPointQuery##n*, RTCPointQueryContext*,                  \
+                        RTCPointQueryFunction, void**)
 
 MORPHRAY_REFUSED(rtcInterpolate, asked->geometry, kInterpolation,
                  const RTCInterpolateArguments* asked)
@@ -281,7 +268,6 @@ MORPHRAY_REFUSED_ID(rtcGetGeometryPreviousHalfEdge, unsigned int)
 MORPHRAY_REFUSED_ID(rtcGetGeometryOppositeHalfEdge, unsigned int, unsigned int)
 
 #if MORPHRAY_EMBREE == 3
-
 MORPHRAY_REFUSED(rtcIntersectNM, scene, kStreams, RTCScene scene, RTCIntersectContext*, RTCRayHitN*,
                  unsigned int, unsigned int, size_t)
 MORPHRAY_REFUSED(rtcOccludedNM, scene, kStreams, RTCScene scene, RTCIntersectContext*, RTCRayN*,
@@ -294,9 +280,7 @@ MORPHRAY_REFUSED(rtcFilterIntersection, kNoHandle, kUser, const RTCIntersectFunc
                  const RTCFilterFunctionNArguments*)
 MORPHRAY_REFUSED(rtcFilterOcclusion, kNoHandle, kUser, const RTCOccludedFunctionNArguments*,
                  const RTCFilterFunctionNArguments*)
-
 #else
-
 MORPHRAY_REFUSED_FOR(rtcSetGeometryInstancedScenes, "instance arrays are", RTCScene*, size_t)
 MORPHRAY_REFUSED(rtcInvokeIntersectFilterFromGeometry, kNoHandle, kUser,
                  const RTCIntersectFunctionNArguments*, const RTCFilterFunctionNArguments*)
@@ -324,5 +308,4 @@ MORPHRAY_FORWARD(Occluded)
 MORPHRAY_FORWARD_PACKET(Occluded, 4)
 MORPHRAY_FORWARD_PACKET(Occluded, 8)
 MORPHRAY_FORWARD_PACKET(Occluded, 16)
-
 #endif

@@ -191,14 +191,12 @@ RTCBuffer rtcNewBuffer(RTCDevice device, size_t size) {
         return reinterpret_cast<RTCBuffer>(new Buffer(d, size));
     });
 }
-
 RTCBuffer rtcNewSharedBuffer(RTCDevice device, void* data, size_t size) {
     return with<Device>(__func__, device, [&](Device& d) {
         if (data == nullptr && size != 0) fail_argument("no data");
         return reinterpret_cast<RTCBuffer>(new Buffer(d, data, size));
     });
 }
-
 void* rtcGetBufferData(RTCBuffer buffer) {
     return with<Buffer>(__func__, buffer, [](Buffer& b) -> void* { return b.data(); });
 }
@@ -257,7 +255,6 @@ void rtcSetGeometryMask(RTCGeometry geometry, unsigned int mask) {
         ++g.version.settings;
     });
 }
-
 void rtcSetGeometryBuildQuality(RTCGeometry geometry, enum RTCBuildQuality quality) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
         if (quality > RTC_BUILD_QUALITY_REFIT) fail_argument("the build quality is unknown");
@@ -278,7 +275,6 @@ void rtcSetGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigne
         g.set_buffer(type, slot, make_view(g, shared, format, offset, stride, count));
     });
 }
-
 void rtcSetSharedGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot,
                                 enum RTCFormat format, const void* data, size_t offset,
                                 size_t stride, size_t count) {
@@ -288,7 +284,6 @@ void rtcSetSharedGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, u
         g.set_buffer(type, slot, make_view(g, *shared, format, offset, stride, count));
     });
 }
-
 void* rtcSetNewGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot,
                               enum RTCFormat format, size_t stride, size_t count) {
     return with<Geometry>(__func__, geometry, [&](Geometry& g) -> void* {
@@ -299,12 +294,10 @@ void* rtcSetNewGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, uns
         return own->data();
     });
 }
-
 void* rtcGetGeometryBufferData(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot) {
     return with<Geometry>(__func__, geometry,
                           [&](Geometry& g) -> void* { return g.buffer(type, slot).data; });
 }
-
 void rtcUpdateGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
         if (g.unsupported() != nullptr) return;
@@ -317,7 +310,6 @@ void rtcUpdateGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsi
 void rtcSetGeometryIntersectFilterFunction(RTCGeometry geometry, RTCFilterFunctionN filter) {
     set_filter(__func__, geometry, &Geometry::intersect_filter, filter);
 }
-
 void rtcSetGeometryOccludedFilterFunction(RTCGeometry geometry, RTCFilterFunctionN filter) {
     set_filter(__func__, geometry, &Geometry::occluded_filter, filter);
 }
@@ -325,7 +317,6 @@ void rtcSetGeometryOccludedFilterFunction(RTCGeometry geometry, RTCFilterFunctio
 void rtcSetGeometryUserData(RTCGeometry geometry, void* user) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) { g.user = user; });
 }
-
 void* rtcGetGeometryUserData(RTCGeometry geometry) {
     return with<Geometry>(__func__, geometry, [](Geometry& g) { return g.user; });
 }
@@ -342,7 +333,6 @@ void rtcSetGeometryInstancedScene(RTCGeometry geometry, RTCScene scene) {
         ++g.version.shape;
     });
 }
-
 void rtcSetGeometryTransform(RTCGeometry geometry, unsigned int step, enum RTCFormat format,
                              const void* floats) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
@@ -354,7 +344,6 @@ void rtcSetGeometryTransform(RTCGeometry geometry, unsigned int step, enum RTCFo
         ++g.version.pose;
     });
 }
-
 void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format, void* floats) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
         g.require_instance();
@@ -363,19 +352,16 @@ void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format,
 }
 
 #if MORPHRAY_EMBREE == 4
-
 void rtcSetGeometryEnableFilterFunctionFromArguments(RTCGeometry geometry, bool is_enabled) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
         g.takes_argument_filter = is_enabled;
         ++g.version.settings;
     });
 }
-
 void rtcGetGeometryTransformEx(RTCGeometry geometry, unsigned int, float time,
                                enum RTCFormat format, void* floats) {
     rtcGetGeometryTransform(geometry, time, format, floats);
 }
-
 void* rtcGetGeometryUserDataFromScene(RTCScene scene, unsigned int id) {
     return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         const Geometry* const geometry = s.find(id);
@@ -383,7 +369,6 @@ void* rtcGetGeometryUserDataFromScene(RTCScene scene, unsigned int id) {
         return geometry->user;
     });
 }
-
 void rtcGetGeometryTransformFromScene(RTCScene scene, unsigned int id, float time,
                                       enum RTCFormat format, void* floats) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) {
@@ -392,5 +377,4 @@ void rtcGetGeometryTransformFromScene(RTCScene scene, unsigned int id, float tim
         rtcGetGeometryTransform(reinterpret_cast<RTCGeometry>(geometry), time, format, floats);
     });
 }
-
 #endif

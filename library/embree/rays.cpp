@@ -1,7 +1,37 @@
-#include "library/embree/rays.h"
+// Embree's queries of rays, and the hits that masks and filters let through.
+#include <bit>
+#include <cstring>
+
+#include "library/embree/scene.h"
 
 namespace mray::embree {
 namespace {
+
+/// The members of a hit, of 4 bytes each. Behind them version 4 has bytes that are the caller's.
+constexpr std::size_t kHitMembers = MORPHRAY_EMBREE == 3 ? 8 : 9;
+void copy_hit(RTCHit& to, const RTCHit& from) { std::memcpy(&to, &from, 4 * kHitMembers); }
+
+struct QueryOptions {
+    /// The context may be null.
+    Context* context = nullptr;
+    /// The filter of context or arguments is null if there is none.
+    RTCFilterFunctionN filter = nullptr;
+    /// It is also called for geometries that have not asked for it.
+    bool filters_all = false;
+};
+
+#if MORPHRAY_EMBREE == 3
+QueryOptions options_of(const Context* context) {
+    return {const_cast<Context*>(context), context == nullptr ? nullptr : context->filter, true};
+}
+#else
+template <class Arguments>
+QueryOptions options_of(const Arguments* arguments) {
+    if (arguments == nullptr) return {};
+    return {arguments->context, arguments->filter,
+            (arguments->flags & RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER) != 0};
+}
+#endif
 
 /// The ray in the space of an instanced mesh.
 RTCRay to_object(const RTCRay& ray, const Transform& transform) {
@@ -17,88 +47,141 @@ RTCRay to_object(const RTCRay& ray, const Transform& transform) {
     return mapped;
 }
 
-Context no_context() {
-    Context context;
-#if MORPHRAY_EMBREE == 3
-    rtcInitIntersectContext(&context);
-#else
-    rtcInitRayQueryContext(&context);
-#endif
-    return context;
-}
+/// Answers the rays of a call in one thread.
+class Query {
+public:
+    enum class Kind { closest, occlusion };
 
-}  // namespace
+    Query(const Committed& committed, const QueryOptions& options, Kind kind)
+        : committed_(committed),
+          options_(options),
+          kind_(kind),
+          crossing_(options.filter == nullptr ? morphray::Crossing::each
+                                              : morphray::Crossing::once),
+          has_filters_(
+              options.filter != nullptr ||
+              (kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
 
-void Query::call_filter(RTCFilterFunctionN filter, const CommittedMesh& mesh, int& valid,
-                        RTCRay& ray, RTCHit& hit, Context& context) const {
-    if (filter == nullptr || valid == 0) return;
-    RTCFilterFunctionNArguments arguments;
-    arguments.valid = &valid;
-    arguments.geometryUserPtr = mesh.geometry->user;
-    arguments.context = &context;
-    arguments.ray = reinterpret_cast<RTCRayN*>(&ray);
-    arguments.hit = reinterpret_cast<RTCHitN*>(&hit);
-    arguments.N = 1;
-    filter(&arguments);
-}
-
-/// Sets ray.tfar to the hit's t before; if the hit does not pass, the ray is as it was.
-bool Query::passes_filters(const CommittedMesh& mesh, RTCRay& ray, RTCHit& hit) const {
-    const Geometry& geometry = *mesh.geometry;
-    const RTCFilterFunctionN own =
-        kind_ == Kind::occlusion ? geometry.occluded_filter : geometry.intersect_filter;
-    const bool takes = options_.filters_all || geometry.takes_argument_filter;
-    const RTCFilterFunctionN given = takes ? options_.filter : nullptr;
-    if (own == nullptr && given == nullptr) return true;
-    Context local = no_context();
-    Context& context = options_.context == nullptr ? local : *options_.context;
-    const Context before = context;
-    context.instID[0] = hit.instID[0];
-#if MORPHRAY_EMBREE == 4
-    context.instPrimID[0] = hit.instPrimID[0];
-#endif
-    int valid = -1;
-    RTCRay seen = mesh.is_instance() ? to_object(ray, mesh.to_object) : ray;
-    call_filter(own, mesh, valid, seen, hit, context);
-    call_filter(given, mesh, valid, seen, hit, context);
-    context.instID[0] = before.instID[0];
-#if MORPHRAY_EMBREE == 4
-    context.instPrimID[0] = before.instPrimID[0];
-#endif
-    if (valid != 0) ray.tfar = seen.tfar;
-    return valid != 0;
-}
-
-/// The next hit after the last one. A ray through the diagonal of a quad hits the quad once.
-morphray::Hit Query::next(const morphray::Ray& traced, const CommittedMesh& mesh,
-                          const morphray::Hit& last) const {
-    const morphray::Hit hit = scene().intersect(traced, last, crossing_);
-    const bool is_other_half = mesh.is_quads && last.prim_id % 2 == 0 && hit.t == last.t &&
-                               hit.geom_id == last.geom_id && hit.prim_id == last.prim_id + 1;
-    return is_other_half ? scene().intersect(traced, hit, crossing_) : hit;
-}
-
-bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray,
-                   RTCHit& hit) const {
-    while (found) {
+    const Committed& committed() const { return committed_; }
+    /// The tracer's scene, if it has triangles.
+    const morphray::Scene& scene() const { return *committed_.scene; }
+    /// Intervals are closed in robust scenes and in the library, and open at tnear in others.
+    morphray::Ray to_trace(const RTCRay& ray) const {
+        float tnear = ray.tnear;
+        if (!committed_.is_robust && tnear > 0)
+            tnear = std::bit_cast<float>(std::bit_cast<std::uint32_t>(tnear) + 1);
+        return {
+            {ray.org_x, ray.org_y, ray.org_z}, tnear, {ray.dir_x, ray.dir_y, ray.dir_z}, ray.tfar};
+    }
+    /// Returns true if the first hit of a ray with this mask is let through.
+    bool takes_any_hit(unsigned int ray_mask) const {
+        return !has_filters_ && committed_.all_seen(ray_mask);
+    }
+    bool has_filters() const { return has_filters_; }
+    /// The closest hit with a mesh that the mask lets through; `found` is that of all meshes.
+    morphray::Hit seen_hit(morphray::Hit found, const morphray::Ray& traced,
+                           unsigned int ray_mask) const {
+        while (found && !committed_.meshes[found.geom_id].sees(ray_mask))
+            found = next(traced, found);
+        return found;
+    }
+    /// One by one: a copy of a record that was just written would wait for the cache.
+    void set_hit(const morphray::Hit& found, RTCHit& hit) const {
         const CommittedMesh& mesh = committed_.meshes[found.geom_id];
-        if (!committed_.uses_masks || mesh.sees(ray.mask)) {
+        const morphray::Vec3 normal = mesh.normals[found.prim_id];
+        hit.Ng_x = normal.x;
+        hit.Ng_y = normal.y;
+        hit.Ng_z = normal.z;
+        const bool is_second = mesh.is_quads && found.prim_id % 2 != 0;
+        hit.u = is_second ? 1 - found.u : found.u;
+        hit.v = is_second ? 1 - found.v : found.v;
+        hit.primID = mesh.prim_id(found.prim_id);
+        hit.geomID = mesh.geom_id;
+        const bool is_instance = mesh.is_instance();
+        const Context* const context = options_.context;
+        hit.instID[0] = is_instance          ? mesh.inst_id
+                        : context != nullptr ? context->instID[0]
+                                             : kInvalid;
+#if MORPHRAY_EMBREE == 4
+        hit.instPrimID[0] = is_instance          ? 0
+                            : context != nullptr ? context->instPrimID[0]
+                                                 : kInvalid;
+#endif
+    }
+    /// The first hit from the closest on that is let through. False: nothing has changed.
+    bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const {
+        for (; found; found = next(traced, found)) {
+            const CommittedMesh& mesh = committed_.meshes[found.geom_id];
+            if (committed_.uses_masks && !mesh.sees(ray.mask)) continue;
             RTCHit candidate;
             set_hit(found, candidate);
-            const float tfar = ray.tfar;
-            ray.tfar = found.t;
+            const float tfar = std::exchange(ray.tfar, found.t);
             if (passes_filters(mesh, ray, candidate)) {
                 copy_hit(hit, candidate);
                 return true;
             }
             ray.tfar = tfar;
         }
-        found = next(traced, mesh, found);
+        return false;
     }
-    return false;
-}
 
-namespace {
+private:
+    /// A filter may change ray.tfar of a hit that passes.
+    bool passes_filters(const CommittedMesh& mesh, RTCRay& ray, RTCHit& hit) const {
+        const Geometry& geometry = *mesh.geometry;
+        const RTCFilterFunctionN own =
+            kind_ == Kind::occlusion ? geometry.occluded_filter : geometry.intersect_filter;
+        const bool takes = options_.filters_all || geometry.takes_argument_filter;
+        const RTCFilterFunctionN given = takes ? options_.filter : nullptr;
+        if (own == nullptr && given == nullptr) return true;
+        Context local;
+#if MORPHRAY_EMBREE == 3
+        rtcInitIntersectContext(&local);
+#else
+        rtcInitRayQueryContext(&local);
+#endif
+        Context& context = options_.context == nullptr ? local : *options_.context;
+        const Context before = context;
+        context.instID[0] = hit.instID[0];
+#if MORPHRAY_EMBREE == 4
+        context.instPrimID[0] = hit.instPrimID[0];
+#endif
+        int valid = -1;
+        RTCRay seen = mesh.is_instance() ? to_object(ray, mesh.to_object) : ray;
+        for (const RTCFilterFunctionN filter : {own, given}) {
+            if (filter == nullptr || valid == 0) continue;
+            RTCFilterFunctionNArguments arguments;
+            arguments.valid = &valid;
+            arguments.geometryUserPtr = geometry.user;
+            arguments.context = &context;
+            arguments.ray = reinterpret_cast<RTCRayN*>(&seen);
+            arguments.hit = reinterpret_cast<RTCHitN*>(&hit);
+            arguments.N = 1;
+            filter(&arguments);
+        }
+        context.instID[0] = before.instID[0];
+#if MORPHRAY_EMBREE == 4
+        context.instPrimID[0] = before.instPrimID[0];
+#endif
+        if (valid != 0) ray.tfar = seen.tfar;
+        return valid != 0;
+    }
+    /// The next hit after the last one. A ray through the diagonal of a quad hits the quad once.
+    morphray::Hit next(const morphray::Ray& traced, const morphray::Hit& last) const {
+        const bool is_quads = committed_.meshes[last.geom_id].is_quads;
+        const morphray::Hit hit = scene().intersect(traced, last, crossing_);
+        const bool is_other_half = is_quads && last.prim_id % 2 == 0 && hit.t == last.t &&
+                                   hit.geom_id == last.geom_id && hit.prim_id == last.prim_id + 1;
+        return is_other_half ? scene().intersect(traced, hit, crossing_) : hit;
+    }
+
+    const Committed& committed_;
+    QueryOptions options_;
+    Kind kind_;
+    /// Queries with a filter of their own count hits, and so take one at an edge.
+    morphray::Crossing crossing_;
+    bool has_filters_;
+};
 
 constexpr Query::Kind kClosest = Query::Kind::closest;
 constexpr Query::Kind kOcclusion = Query::Kind::occlusion;
@@ -132,7 +215,7 @@ struct PacketLane {
     }
 };
 
-/// A ray, with a hit if it is asked for hits.
+/// A ray, with a hit in queries for hits.
 struct OneLane {
     RTCRay* ray;
 
@@ -150,7 +233,6 @@ struct Packet {
 };
 
 #if MORPHRAY_EMBREE == 3
-
 /// Rays `stride` bytes apart.
 struct Stream {
     char* first;
@@ -166,7 +248,6 @@ struct Pointers {
 
     OneLane operator[](std::size_t i) const { return {static_cast<RTCRay*>(rays[i])}; }
 };
-
 #endif
 
 template <Query::Kind kind, class Lane>
@@ -217,7 +298,7 @@ struct Batch {
         rays.resize(count);
         hits.resize(count);
         occluded.resize(count);
-        // The last one: its size says that the others have theirs.
+        // If memory does not suffice, the next call tries again.
         active.resize(count);
     }
 };
@@ -351,7 +432,6 @@ MORPHRAY_PACKET(8)
 MORPHRAY_PACKET(16)
 
 #if MORPHRAY_EMBREE == 3
-
 void rtcIntersect1M(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rays, unsigned int m,
                     size_t stride) {
     trace<kClosest>(__func__, scene, context, rays, Stream{reinterpret_cast<char*>(rays), stride},
@@ -369,5 +449,4 @@ void rtcIntersect1Mp(RTCScene scene, RTCIntersectContext* context, RTCRayHit** r
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned int m) {
     trace<kOcclusion>(__func__, scene, context, rays, Pointers{reinterpret_cast<void**>(rays)}, m);
 }
-
 #endif

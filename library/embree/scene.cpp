@@ -6,22 +6,16 @@
 namespace mray::embree {
 namespace {
 
-std::size_t triangle_count(const std::vector<CommittedMesh>& meshes) {
-    std::size_t count = 0;
-    for (const CommittedMesh& mesh : meshes) count += mesh.triangle_count();
-    return count;
-}
-
 bool is_any_refitted(const std::vector<CommittedMesh>& meshes) {
-    return std::any_of(meshes.begin(), meshes.end(), [](const CommittedMesh& mesh) {
+    return std::ranges::any_of(meshes, [](const CommittedMesh& mesh) {
         return mesh.geometry->quality == RTC_BUILD_QUALITY_REFIT;
     });
 }
 
-bool have_same_versions(const std::vector<CommittedMesh>& a, const std::vector<CommittedMesh>& b) {
-    return std::equal(
-        a.begin(), a.end(), b.begin(), b.end(),
-        [](const CommittedMesh& p, const CommittedMesh& q) { return p.versions == q.versions; });
+bool has_same_shape(const CommittedMesh& p, const CommittedMesh& q) {
+    return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.geometry == q.geometry &&
+           p.instance == q.instance && p.versions[0].shape == q.versions[0].shape &&
+           p.versions[1].shape == q.versions[1].shape;
 }
 
 bool has_moved(const CommittedMesh& before, const CommittedMesh& now) {
@@ -36,11 +30,8 @@ void prepare(std::vector<CommittedMesh>& meshes) {
         mesh.place();
         const CommittedMesh* const first =
             first_of.try_emplace(mesh.geometry.get(), &mesh).first->second;
-        if (first == &mesh) {
-            mesh.make_normals();
-        } else {
-            mesh.normals = first->normals;
-        }
+        if (first == &mesh) mesh.make_normals();
+        mesh.normals = first->normals;
         mesh.measure();
         if (!mesh.reads_far_vertex) continue;
         mesh.has_own_positions = true;
@@ -53,20 +44,14 @@ std::optional<morphray::Scene> build_tree(const std::vector<CommittedMesh>& mesh
     std::vector<std::vector<std::uint32_t>> triangles(meshes.size());
     std::vector<morphray::MeshView> views;
     for (std::size_t i = 0; i < meshes.size(); ++i) views.push_back(meshes[i].view(triangles[i]));
-    if (triangle_count(meshes) == 0) return std::nullopt;
+    const auto is_empty = [](const auto& mesh) { return mesh.triangle_count() == 0; };
+    if (std::ranges::all_of(meshes, is_empty)) return std::nullopt;
     morphray::SceneOptions options;
     if (way.is_refitted) options.update = morphray::Refit{};
     return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
 }
 
-/// Prints on stderr, once, why a scene is not answered: some programs do not show errors.
-void announce_unsupported(const std::string& reason) {
-    static std::atomic<bool> is_said = false;
-    if (is_said.exchange(true)) return;
-    std::fprintf(stderr, "morphray: %s: no ray of such scenes hits\n", reason.c_str());
-}
-
-/// Encloses the triangles that can be hit, and no vertex that none of them has.
+/// Encloses the triangles that can be hit.
 RTCBounds bounds_of(const Committed& committed) {
     Bounds all;
     for (const CommittedMesh& mesh : committed.meshes) all.add(mesh.bounds);
@@ -127,9 +112,16 @@ Geometry* SceneObject::find_locked(unsigned int id) const {
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     try {
-        commit_meshes(collect_meshes(attachments()));
+        std::vector<CommittedMesh> meshes;
+        collect_meshes(attachments(), {}, kInvalid, meshes);
+        commit_meshes(std::move(meshes));
     } catch (const Unsupported& what) {
-        announce_unsupported(what.message);
+        // Some programs do not show errors.
+        static std::once_flag once;
+        std::call_once(once, [&] {
+            std::fprintf(stderr, "morphray: %s: no ray of such scenes hits\n",
+                         what.message.c_str());
+        });
         committed_ = nullptr;
         throw;
     } catch (...) {
@@ -139,13 +131,14 @@ void SceneObject::commit() {
 }
 
 void SceneObject::commit_meshes(std::vector<CommittedMesh> meshes) {
-    const bool is_kept = committed_ != nullptr && have_same_shape(committed_->meshes, meshes) &&
+    const bool is_kept = committed_ != nullptr &&
+                         std::ranges::equal(committed_->meshes, meshes, has_same_shape) &&
                          committed_->way == BuildWay{quality, is_any_refitted(meshes)};
     const bool is_robust = (flags & RTC_SCENE_FLAG_ROBUST) != 0;
+    constexpr auto kVersions = &CommittedMesh::versions;
     if (is_kept && committed_->is_robust == is_robust &&
-        have_same_versions(committed_->meshes, meshes)) {
+        std::ranges::equal(committed_->meshes, meshes, {}, kVersions, kVersions))
         return;
-    }
     if (!is_kept || !update(meshes)) build(std::move(meshes));
     committed_->is_robust = is_robust;
     committed_->read_settings();
@@ -180,12 +173,10 @@ bool SceneObject::update(const std::vector<CommittedMesh>& meshes) {
     }
     if (!moved.empty()) committed_->forget_boxes();
     if (moved.empty() || !committed_->scene) return true;
-    if (moved.size() == 1) {
-        const CommittedMesh& mesh = committed_->meshes[moved.front()];
-        if (mesh.used_vertices == 0) return true;
-        committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0, mesh.used_vertices);
-    } else {
+    if (moved.size() > 1) {
         committed_->scene->update();
+    } else if (const std::size_t used = committed_->meshes[moved.front()].used_vertices; used > 0) {
+        committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0, used);
     }
     return true;
 }
@@ -203,7 +194,10 @@ struct PrimBox : Bounds {
 /// A binary tree over medians of the longest axis; a node [first, last) has the middle's number.
 class BoxTree {
 public:
-    explicit BoxTree(std::vector<PrimBox> boxes);
+    explicit BoxTree(std::vector<PrimBox> boxes)
+        : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
+        build(0, boxes_.size());
+    }
 
     /// The nearer half of each node comes first. `radius` is read again after each call.
     template <class Visit>
@@ -214,7 +208,25 @@ public:
 private:
     static constexpr std::size_t kLeaf = 4;
 
-    void build(std::size_t first, std::size_t last);
+    void build(std::size_t first, std::size_t last) {
+        if (last - first <= kLeaf) return;
+        Bounds around;
+        for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
+        int longest = 0;
+        const glm::vec3 size = around.upper - around.lower;
+        for (int axis = 1; axis < 3; ++axis)
+            if (size[axis] > size[longest]) longest = axis;
+        const std::size_t middle = first + (last - first) / 2;
+        bounds_[middle] = around;
+        const auto at = [&](std::size_t i) {
+            return boxes_.begin() + static_cast<std::ptrdiff_t>(i);
+        };
+        std::nth_element(at(first), at(middle), at(last), [&](const PrimBox& a, const PrimBox& b) {
+            return a.lower[longest] + a.upper[longest] < b.lower[longest] + b.upper[longest];
+        });
+        build(first, middle);
+        build(middle, last);
+    }
     template <class Visit>
     void visit_range(std::size_t first, std::size_t last, const glm::vec3& point,
                      const float& radius, Visit& visit) const {
@@ -224,16 +236,16 @@ private:
                 if (is_near(boxes_[i].distance2(point))) visit(boxes_[i]);
             return;
         }
+        struct Half {
+            std::size_t first, last;
+            float distance2;
+        };
         const std::size_t middle = first + (last - first) / 2;
-        const float left = distance2(first, middle, point);
-        const float right = distance2(middle, last, point);
-        if (left <= right) {
-            if (is_near(left)) visit_range(first, middle, point, radius, visit);
-            if (is_near(right)) visit_range(middle, last, point, radius, visit);
-        } else {
-            if (is_near(right)) visit_range(middle, last, point, radius, visit);
-            if (is_near(left)) visit_range(first, middle, point, radius, visit);
-        }
+        Half near = {first, middle, distance2(first, middle, point)};
+        Half far = {middle, last, distance2(middle, last, point)};
+        if (far.distance2 < near.distance2) std::swap(near, far);
+        for (const Half& half : {near, far})
+            if (is_near(half.distance2)) visit_range(half.first, half.last, point, radius, visit);
     }
     float distance2(std::size_t first, std::size_t last, const glm::vec3& point) const {
         return last - first <= kLeaf ? 0 : bounds_[first + (last - first) / 2].distance2(point);
@@ -243,29 +255,6 @@ private:
     /// By node.
     std::vector<Bounds> bounds_;
 };
-
-BoxTree::BoxTree(std::vector<PrimBox> boxes) : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
-    build(0, boxes_.size());
-}
-
-void BoxTree::build(std::size_t first, std::size_t last) {
-    if (last - first <= kLeaf) return;
-    Bounds around;
-    for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
-    int longest = 0;
-    for (int axis = 1; axis < 3; ++axis) {
-        if (around.upper[axis] - around.lower[axis] > around.upper[longest] - around.lower[longest])
-            longest = axis;
-    }
-    const std::size_t middle = first + (last - first) / 2;
-    bounds_[middle] = around;
-    const auto at = [&](std::size_t i) { return boxes_.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(first), at(middle), at(last), [&](const PrimBox& a, const PrimBox& b) {
-        return a.lower[longest] + a.upper[longest] < b.lower[longest] + b.upper[longest];
-    });
-    build(first, middle);
-    build(middle, last);
-}
 
 namespace {
 
@@ -299,11 +288,10 @@ std::vector<PrimBox> boxes_of(const std::vector<CommittedMesh>& meshes) {
 float similarity_of(const Transform& t) {
     const auto dot = [&](int i, int j) { return glm::dot(t.columns[i], t.columns[j]); };
     const double scale2 = dot(0, 0);
-    const double most = 1e-5 * scale2;
-    const bool is_similarity =
-        std::abs(dot(1, 1) - scale2) <= most && std::abs(dot(2, 2) - scale2) <= most &&
-        std::abs(dot(0, 1)) <= most && std::abs(dot(0, 2)) <= most && std::abs(dot(1, 2)) <= most;
-    return is_similarity ? static_cast<float>(std::sqrt(scale2)) : 0.0f;
+    for (const double excess :
+         {dot(1, 1) - scale2, dot(2, 2) - scale2, dot(0, 1), dot(0, 2), dot(1, 2)})
+        if (!(std::abs(excess) <= 1e-5 * scale2)) return 0;
+    return static_cast<float>(std::sqrt(scale2));
 }
 
 /// The context of an instance's mesh; that of the caller is as before afterwards.
@@ -384,7 +372,6 @@ unsigned int rtcAttachGeometry(RTCScene scene, RTCGeometry geometry) {
     });
     return id;
 }
-
 void rtcAttachGeometryByID(RTCScene scene, RTCGeometry geometry, unsigned int id) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (geometry == nullptr) fail_argument("the geometry is null");
@@ -392,7 +379,6 @@ void rtcAttachGeometryByID(RTCScene scene, RTCGeometry geometry, unsigned int id
         s.attach(*reinterpret_cast<Geometry*>(geometry), id);
     });
 }
-
 void rtcDetachGeometry(RTCScene scene, unsigned int id) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) { s.detach(id); });
 }
@@ -401,7 +387,6 @@ RTCGeometry rtcGetGeometry(RTCScene scene, unsigned int id) {
     return with<SceneObject>(
         __func__, scene, [&](SceneObject& s) { return reinterpret_cast<RTCGeometry>(s.find(id)); });
 }
-
 RTCGeometry rtcGetGeometryThreadSafe(RTCScene scene, unsigned int id) {
     return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         return reinterpret_cast<RTCGeometry>(s.find_locked(id));
@@ -411,7 +396,6 @@ RTCGeometry rtcGetGeometryThreadSafe(RTCScene scene, unsigned int id) {
 void rtcCommitScene(RTCScene scene) {
     with<SceneObject>(__func__, scene, [](SceneObject& s) { s.commit(); });
 }
-
 void rtcJoinCommitScene(RTCScene scene) {
     with<SceneObject>(__func__, scene, [](SceneObject& s) { s.commit(); });
 }
@@ -427,11 +411,9 @@ void rtcSetSceneBuildQuality(RTCScene scene, enum RTCBuildQuality quality) {
         s.quality = quality;
     });
 }
-
 void rtcSetSceneFlags(RTCScene scene, enum RTCSceneFlags flags) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) { s.flags = flags; });
 }
-
 RTCSceneFlags rtcGetSceneFlags(RTCScene scene) {
     return with<SceneObject>(__func__, scene, [](SceneObject& s) { return s.flags; });
 }
@@ -442,7 +424,6 @@ void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
         *bounds = bounds_of(s.committed());
     });
 }
-
 void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
