@@ -46,7 +46,7 @@ void CommittedMesh::make_normals() {
     own_normals.resize(triangle_count());
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; i < own_normals.size(); ++i) {
-        if (!find_corners(i, corners)) continue;
+        if (!find_traced_corners(i, corners)) continue;
         const morphray::Vec3 a = vertex(corners[0]);
         const morphray::Vec3 b = vertex(corners[1]);
         const morphray::Vec3 c = vertex(corners[2]);

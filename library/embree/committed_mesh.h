@@ -9,7 +9,6 @@
 #include <glm/vec3.hpp>
 
 #include "library/embree/geometry.h"
-#include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 
 namespace mray::embree {
@@ -76,8 +75,9 @@ struct CommittedMesh {
     unsigned int prim_id(std::uint32_t triangle) const {
         return is_quads ? triangle / 2 : triangle;
     }
-    /// Finds the vertices of a triangle; false if an index is out of range.
-    bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+    /// Finds the vertices of a triangle that the tracer has. False if an index is out of range, or
+    /// a vertex of a quad: else its other half would be hit.
+    bool find_traced_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
         const std::size_t count = vertices.count;
         if (!is_quads) {
             const auto* const ids = indices.at<std::uint32_t>(triangle);
@@ -89,20 +89,13 @@ struct CommittedMesh {
             corners = {ids[0], ids[1], ids[3]};
         else
             corners = {ids[2], ids[3], ids[1]};
-        return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
-    }
-    /// False if an index or a vertex of a quad is out of range: else its other half would be hit.
-    bool find_traced_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
-        if (!find_corners(triangle, corners)) return false;
-        if (!is_quads) return true;
-        const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
-        return std::all_of(ids, ids + 4, [&](std::uint32_t id) { return is_in_range(vertex(id)); });
+        return std::all_of(ids, ids + 4,
+                           [&](std::uint32_t id) { return id < count && is_in_range(vertex(id)); });
     }
     morphray::Vec3 vertex(std::uint32_t index) const {
         const auto* const p = vertices.at<float>(index);
         return {p[0], p[1], p[2]};
     }
-    /// Returns the corner in the space of the scene.
     morphray::Vec3 placed_vertex(std::uint32_t index) const {
         return has_own_positions ? own_positions[index] : vertex(index);
     }
@@ -114,7 +107,6 @@ struct CommittedMesh {
     void place();
     void make_normals();
     void find_used_vertices();
-    /// Computes bounds, left_out and reads_far_vertex.
     void measure();
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
@@ -124,8 +116,7 @@ struct CommittedMesh {
 
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
-/// Appends the enabled meshes of a scene, or of the scene of an instance, by ascending ID: ties go
-/// to the lowest. Throws Failure.
+/// Appends the enabled meshes of a scene, or of an instance, by ascending ID. Throws Failure.
 void collect_meshes(const Attachments& attachments, const Ref<Geometry>& instance,
                     unsigned int inst_id, std::vector<CommittedMesh>& meshes);
 

@@ -6,9 +6,7 @@
 #include <exception>
 #include <new>
 
-#include "library/embree/geometry.h"
 #include "library/embree/scene.h"
-#include "morphray/error.hpp"
 
 namespace mray::embree {
 namespace {
@@ -23,27 +21,15 @@ std::uint64_t number_of(const Device* device) {
     return device == nullptr ? kNoDevice : device->number();
 }
 
-std::uint64_t next_number() {
-    static std::atomic<std::uint64_t> last = kNoDevice;
-    return ++last;
-}
+std::atomic<std::uint64_t> last_number = kNoDevice;
 
 RTCError code_of(morphray::ErrorCode code) {
-    switch (code) {
-        case morphray::ErrorCode::bad_argument:
-        case morphray::ErrorCode::bad_input:
-            return RTC_ERROR_INVALID_ARGUMENT;
-        case morphray::ErrorCode::limit:
-            return RTC_ERROR_OUT_OF_MEMORY;
-        case morphray::ErrorCode::unavailable:
-            return RTC_ERROR_UNSUPPORTED_CPU;
-        case morphray::ErrorCode::busy:
-            return RTC_ERROR_INVALID_OPERATION;
-        case morphray::ErrorCode::cancelled:
-            return RTC_ERROR_CANCELLED;
-        default:
-            return RTC_ERROR_UNKNOWN;
-    }
+    using enum morphray::ErrorCode;
+    if (code == bad_argument || code == bad_input) return RTC_ERROR_INVALID_ARGUMENT;
+    if (code == limit) return RTC_ERROR_OUT_OF_MEMORY;
+    if (code == unavailable) return RTC_ERROR_UNSUPPORTED_CPU;
+    if (code == busy) return RTC_ERROR_INVALID_OPERATION;
+    return code == cancelled ? RTC_ERROR_CANCELLED : RTC_ERROR_UNKNOWN;
 }
 
 Failure current_failure() {
@@ -92,6 +78,30 @@ constexpr ssize_t kProperties[][2] = {
 #endif
 };
 
+void refuse(const char* call, RTCDevice device, const char* what) {
+    guarded(call, reinterpret_cast<Device*>(device), [&] { fail_unsupported(what); });
+}
+
+void refuse(const char* call, RTCScene scene, const char* what) {
+    with<SceneObject>(call, scene, [&](const SceneObject&) { fail_unsupported(what); });
+}
+
+/// A geometry that has what the call is about was refused when it was made.
+void refuse(const char* call, RTCGeometry geometry, const char* what) {
+    with<Geometry>(call, geometry, [&](const Geometry& g) {
+        if (g.unsupported() == nullptr) fail_unsupported(what);
+    });
+}
+
+constexpr RTCDevice kNoHandle = nullptr;
+constexpr const char* kBuilder = "its own builder is";
+constexpr const char* kInterpolation = "interpolation is";
+#if MORPHRAY_EMBREE == 3
+constexpr const char* kStreams = "streams of packets and of arrays are";
+#endif
+constexpr const char* kSubdivision = "subdivision surfaces are";
+constexpr const char* kUser = "user geometries are";
+
 }  // namespace
 
 void fail_argument(std::string message) {
@@ -105,7 +115,7 @@ void fail_unsupported(const std::string& what) {
 }
 
 Device::Device(const char* config)
-    : number_(next_number()), tracer_(morphray::Device::cpu(read_settings(config))) {}
+    : number_(++last_number), tracer_(morphray::Device::cpu(read_settings(config))) {}
 
 void report_current(Device* device, const char* call) noexcept {
     try {
@@ -182,36 +192,6 @@ const char* rtcGetDeviceLastErrorMessage(RTCDevice) {
 
 /// Exported by Embree, and in none of its headers.
 RTC_API void rtcMakeStaticBVH(RTCBVH bvh);
-
-namespace mray::embree {
-namespace {
-
-void refuse(const char* call, RTCDevice device, const char* what) {
-    guarded(call, reinterpret_cast<Device*>(device), [&] { fail_unsupported(what); });
-}
-
-void refuse(const char* call, RTCScene scene, const char* what) {
-    with<SceneObject>(call, scene, [&](const SceneObject&) { fail_unsupported(what); });
-}
-
-/// A geometry that has what the call is about was refused when it was made.
-void refuse(const char* call, RTCGeometry geometry, const char* what) {
-    with<Geometry>(call, geometry, [&](const Geometry& g) {
-        if (g.unsupported() == nullptr) fail_unsupported(what);
-    });
-}
-
-constexpr RTCDevice kNoHandle = nullptr;
-constexpr const char* kBuilder = "its own builder is";
-constexpr const char* kInterpolation = "interpolation is";
-#if MORPHRAY_EMBREE == 3
-constexpr const char* kStreams = "streams of packets and of arrays are";
-#endif
-constexpr const char* kSubdivision = "subdivision surfaces are";
-constexpr const char* kUser = "user geometries are";
-
-}  // namespace
-}  // namespace mray::embree
 
 /// Defines a function of these parameters that refuses its call and returns an empty value.
 #define MORPHRAY_REFUSED_AS(Result, call, object, what, ...) \

@@ -37,6 +37,42 @@ morphray::Vec3 mapped(const glm::dvec3 (&columns)[4], const morphray::Vec3& p, d
     return {sum.x, sum.y, sum.z};
 }
 
+/// Flags of curves are bytes, so the buffers of other types may lie anywhere.
+void check_places(const Geometry& geometry, std::size_t first, std::size_t stride) {
+    if (geometry.unsupported() == nullptr && (first % 4 != 0 || stride % 4 != 0))
+        fail_operation("offset and stride of a buffer are multiples of 4 bytes");
+}
+
+BufferView make_view(const Geometry& geometry, Buffer& buffer, RTCFormat format, std::size_t offset,
+                     std::size_t stride, std::size_t count) {
+    check_places(geometry, reinterpret_cast<std::uintptr_t>(buffer.data()) + offset, stride);
+    if (buffer.data() == nullptr && count > 0) fail_argument("the buffer has no data");
+    char* const data = buffer.data() == nullptr ? nullptr : buffer.data() + offset;
+    return {Ref<Buffer>(&buffer), format, data, stride, count};
+}
+
+/// A buffer that only the views of it keep alive.
+Ref<Buffer> owned(Buffer* made) {
+    const Ref<Buffer> buffer(made);
+    made->release();
+    return buffer;
+}
+
+void set_enabled(const char* call, RTCGeometry geometry, bool is_enabled) {
+    with<Geometry>(call, geometry, [&](Geometry& g) {
+        if (std::exchange(g.is_enabled, is_enabled) != is_enabled) ++g.version.shape;
+    });
+}
+
+void set_filter(const char* call, RTCGeometry geometry, RTCFilterFunctionN Geometry::*member,
+                RTCFilterFunctionN filter) {
+    with<Geometry>(call, geometry, [&](Geometry& g) {
+        if (g.is_instance()) fail_operation("instances have no filters");
+        g.*member = filter;
+        ++g.version.settings;
+    });
+}
+
 }  // namespace
 
 Buffer::Buffer(Device& device, std::size_t size) : device_(&device), size_(size), is_own_(true) {
@@ -143,45 +179,6 @@ void write_transform(const Transform& transform, RTCFormat format, void* floats)
     }
 }
 
-namespace {
-
-/// Flags of curves are bytes, so the buffers of other types may lie anywhere.
-void check_places(const Geometry& geometry, std::size_t first, std::size_t stride) {
-    if (geometry.unsupported() == nullptr && (first % 4 != 0 || stride % 4 != 0))
-        fail_operation("offset and stride of a buffer are multiples of 4 bytes");
-}
-
-BufferView make_view(const Geometry& geometry, Buffer& buffer, RTCFormat format, std::size_t offset,
-                     std::size_t stride, std::size_t count) {
-    check_places(geometry, reinterpret_cast<std::uintptr_t>(buffer.data()) + offset, stride);
-    if (buffer.data() == nullptr && count > 0) fail_argument("the buffer has no data");
-    char* const data = buffer.data() == nullptr ? nullptr : buffer.data() + offset;
-    return {Ref<Buffer>(&buffer), format, data, stride, count};
-}
-
-/// A buffer that only the views of it keep alive.
-Ref<Buffer> owned(Buffer* made) {
-    const Ref<Buffer> buffer(made);
-    made->release();
-    return buffer;
-}
-
-void set_enabled(const char* call, RTCGeometry geometry, bool is_enabled) {
-    with<Geometry>(call, geometry, [&](Geometry& g) {
-        if (std::exchange(g.is_enabled, is_enabled) != is_enabled) ++g.version.shape;
-    });
-}
-
-void set_filter(const char* call, RTCGeometry geometry, RTCFilterFunctionN Geometry::*member,
-                RTCFilterFunctionN filter) {
-    with<Geometry>(call, geometry, [&](Geometry& g) {
-        if (g.is_instance()) fail_operation("instances have no filters");
-        g.*member = filter;
-        ++g.version.settings;
-    });
-}
-
-}  // namespace
 }  // namespace mray::embree
 
 using namespace mray::embree;
@@ -236,7 +233,6 @@ void rtcSetGeometryTimeStepCount(RTCGeometry geometry, unsigned int count) {
     });
 }
 
-/// Without motion blur a range of times says nothing.
 void rtcSetGeometryTimeRange(RTCGeometry geometry, float begin, float end) {
     with<Geometry>(__func__, geometry, [&](Geometry&) {
         if (begin > end) fail_argument("the range of times ends before it begins");

@@ -33,7 +33,6 @@ private:
     char* data_;
 };
 
-/// `count` items in a buffer, `stride` bytes apart.
 struct BufferView {
     Ref<Buffer> buffer;
     RTCFormat format = RTC_FORMAT_UNDEFINED;

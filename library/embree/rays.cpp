@@ -33,7 +33,6 @@ QueryOptions options_of(const Arguments* arguments) {
 }
 #endif
 
-/// The ray in the space of an instanced mesh.
 RTCRay to_object(const RTCRay& ray, const Transform& transform) {
     RTCRay mapped = ray;
     const morphray::Vec3 org = transform.point({ray.org_x, ray.org_y, ray.org_z});
@@ -63,7 +62,6 @@ public:
               (kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
 
     const Committed& committed() const { return committed_; }
-    /// The tracer's scene, if it has triangles.
     const morphray::Scene& scene() const { return *committed_.scene; }
     /// Intervals are closed in robust scenes and in the library, and open at tnear in others.
     morphray::Ray to_trace(const RTCRay& ray) const {
@@ -75,7 +73,9 @@ public:
     }
     /// Returns true if the first hit of a ray with this mask is let through.
     bool takes_any_hit(unsigned int ray_mask) const {
-        return !has_filters_ && committed_.all_seen(ray_mask);
+        return !has_filters_ && std::ranges::all_of(committed_.masks, [&](unsigned int mask) {
+            return (mask & ray_mask) != 0;
+        });
     }
     bool has_filters() const { return has_filters_; }
     /// The closest hit with a mesh that the mask lets through; `found` is that of all meshes.
@@ -213,6 +213,11 @@ struct PacketLane {
         for (std::size_t k = 0; k < kHitMembers; ++k)
             std::memcpy(ray + (kRayMembers + k) * n, members + 4 * k, 4);
     }
+    void set_hit(const Query& query, const morphray::Hit& found) const {
+        RTCHit hit;
+        query.set_hit(found, hit);
+        store_hit(hit);
+    }
 };
 
 /// A ray, with a hit in queries for hits.
@@ -222,48 +227,16 @@ struct OneLane {
     const RTCRay& load() const { return *ray; }
     void store_tfar(float tfar) const { ray->tfar = tfar; }
     void store_hit(const RTCHit& hit) const { copy_hit(this->hit(), hit); }
+    void set_hit(const Query& query, const morphray::Hit& found) const {
+        query.set_hit(found, hit());
+    }
     RTCHit& hit() const { return reinterpret_cast<RTCRayHit*>(ray)->hit; }
 };
 
-struct Packet {
-    float* first;
-    std::size_t n;
-
-    PacketLane operator[](std::size_t i) const { return {first + i, n}; }
-};
-
-#if MORPHRAY_EMBREE == 3
-/// Rays `stride` bytes apart.
-struct Stream {
-    char* first;
-    std::size_t stride;
-
-    OneLane operator[](std::size_t i) const {
-        return {reinterpret_cast<RTCRay*>(first + i * stride)};
-    }
-};
-
-struct Pointers {
-    void* const* rays;
-
-    OneLane operator[](std::size_t i) const { return {static_cast<RTCRay*>(rays[i])}; }
-};
-#endif
-
 template <Query::Kind kind, class Lane>
 void store(const Query& query, const morphray::Hit& found, const Lane& lane) {
-    if constexpr (kind == kOcclusion) {
-        lane.store_tfar(kOccluded);
-    } else {
-        lane.store_tfar(found.t);
-        if constexpr (std::is_same_v<Lane, OneLane>) {
-            query.set_hit(found, lane.hit());
-        } else {
-            RTCHit hit;
-            query.set_hit(found, hit);
-            lane.store_hit(hit);
-        }
-    }
+    lane.store_tfar(kind == kOcclusion ? kOccluded : found.t);
+    if (kind == kClosest) lane.set_hit(query, found);
 }
 
 /// Stores the first hit that is let through, if there is one: this one or one after it.
@@ -278,12 +251,8 @@ void store_first(const Query& query, const morphray::Hit& found, const morphray:
     RTCRay ray = lane.load();
     RTCHit hit;
     if (!query.settle(found, traced, ray, hit)) return;
-    if constexpr (kind == kOcclusion) {
-        lane.store_tfar(kOccluded);
-    } else {
-        lane.store_tfar(ray.tfar);
-        lane.store_hit(hit);
-    }
+    lane.store_tfar(kind == kOcclusion ? kOccluded : ray.tfar);
+    if (kind == kClosest) lane.store_hit(hit);
 }
 
 /// The memory, up to 4 MB, stays with the thread: fresh memory takes longer than the rays.
@@ -304,14 +273,14 @@ struct Batch {
 };
 
 /// Traces the rays with the first `count` numbers of batch.active, in this thread.
-template <Query::Kind kind, class Layout>
-void trace_batch(const Query& query, const Layout& rays, Batch& batch, std::size_t count) {
+template <Query::Kind kind, class LaneOf>
+void trace_batch(const Query& query, LaneOf lane_of, Batch& batch, std::size_t count) {
     // A filter may trace other rays.
     Batch mine = std::exchange(batch, {});
     const auto traced = std::span(mine.rays).first(count);
     bool takes_any_hit = true;
     for (std::size_t k = 0; k < count; ++k) {
-        const RTCRay& ray = rays[mine.active[k]].load();
+        const RTCRay& ray = lane_of(mine.active[k]).load();
         traced[k] = query.to_trace(ray);
         takes_any_hit = takes_any_hit && query.takes_any_hit(ray.mask);
     }
@@ -319,18 +288,17 @@ void trace_batch(const Query& query, const Layout& rays, Batch& batch, std::size
         const auto occluded = std::span(mine.occluded).first(count);
         query.scene().occluded(traced, occluded, kCallingThread);
         for (std::size_t k = 0; k < count; ++k)
-            if (occluded[k] != 0) rays[mine.active[k]].store_tfar(kOccluded);
+            if (occluded[k] != 0) lane_of(mine.active[k]).store_tfar(kOccluded);
     } else {
         const auto found = std::span(mine.hits).first(count);
         query.scene().intersect(traced, found, kCallingThread);
         for (std::size_t k = 0; k < count; ++k) {
             if (!found[k]) continue;
-            const auto lane = rays[mine.active[k]];
-            if (takes_any_hit) {
+            const auto lane = lane_of(mine.active[k]);
+            if (takes_any_hit)
                 store<kind>(query, found[k], lane);
-            } else {
+            else
                 store_first<kind>(query, found[k], traced[k], lane);
-            }
         }
     }
     batch = std::move(mine);
@@ -365,11 +333,11 @@ void trace_one(const char* call, RTCScene scene, const Arguments* arguments, voi
     });
 }
 
-/// Traces `count` rays, those of them with valid[i] == -1 if it is given.
-template <Query::Kind kind, class Arguments, class Layout>
-void trace(const char* call, RTCScene scene, const Arguments* arguments, const void* first,
-           const Layout& rays, std::size_t count, const int* valid = nullptr) noexcept {
-    ask<kind>(call, scene, arguments, first, [&](const Query& query) {
+/// Traces `count` rays lane_of(i), those of them with valid[i] == -1 if it is given.
+template <Query::Kind kind, class Arguments, class LaneOf>
+void trace(const char* call, RTCScene scene, const Arguments* arguments, const void* rays,
+           LaneOf lane_of, std::size_t count, const int* valid = nullptr) noexcept {
+    ask<kind>(call, scene, arguments, rays, [&](const Query& query) {
         thread_local Batch batch;
         for (std::size_t begin = 0; begin < count; begin += kBatch) {
             const std::size_t end = std::min(count, begin + kBatch);
@@ -379,12 +347,12 @@ void trace(const char* call, RTCScene scene, const Arguments* arguments, const v
                 if (valid == nullptr || valid[i] == -1)
                     batch.active[size++] = static_cast<std::uint32_t>(i);
             if (size >= kFewRays) {
-                trace_batch<kind>(query, rays, batch, size);
+                trace_batch<kind>(query, lane_of, batch, size);
                 continue;
             }
             std::array<std::uint32_t, kFewRays> few;
             std::copy_n(batch.active.begin(), size, few.begin());
-            for (std::size_t k = 0; k < size; ++k) trace_lane<kind>(query, rays[few[k]]);
+            for (std::size_t k = 0; k < size; ++k) trace_lane<kind>(query, lane_of(few[k]));
         }
     });
 }
@@ -393,8 +361,30 @@ template <Query::Kind kind, class Arguments>
 void trace_packet(const char* call, const int* valid, RTCScene scene, const Arguments* arguments,
                   void* rays, std::size_t n) noexcept {
     if (valid == nullptr) rays = nullptr;
-    trace<kind>(call, scene, arguments, rays, Packet{static_cast<float*>(rays), n}, n, valid);
+    const auto lane_of = [=](std::size_t i) {
+        return PacketLane{static_cast<float*>(rays) + i, n};
+    };
+    trace<kind>(call, scene, arguments, rays, lane_of, n, valid);
 }
+
+#if MORPHRAY_EMBREE == 3
+/// Rays `stride` bytes apart.
+template <Query::Kind kind>
+void trace_stream(const char* call, RTCScene scene, const RTCIntersectContext* context, void* rays,
+                  std::size_t count, std::size_t stride) noexcept {
+    const auto lane_of = [=](std::size_t i) {
+        return OneLane{reinterpret_cast<RTCRay*>(static_cast<char*>(rays) + i * stride)};
+    };
+    trace<kind>(call, scene, context, rays, lane_of, count);
+}
+
+template <Query::Kind kind, class RayType>
+void trace_pointers(const char* call, RTCScene scene, const RTCIntersectContext* context,
+                    RayType* const* rays, std::size_t count) noexcept {
+    const auto lane_of = [=](std::size_t i) { return OneLane{reinterpret_cast<RTCRay*>(rays[i])}; };
+    trace<kind>(call, scene, context, rays, lane_of, count);
+}
+#endif
 
 }  // namespace
 }  // namespace mray::embree
@@ -434,19 +424,17 @@ MORPHRAY_PACKET(16)
 #if MORPHRAY_EMBREE == 3
 void rtcIntersect1M(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rays, unsigned int m,
                     size_t stride) {
-    trace<kClosest>(__func__, scene, context, rays, Stream{reinterpret_cast<char*>(rays), stride},
-                    m);
+    trace_stream<kClosest>(__func__, scene, context, rays, m, stride);
 }
 void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays, unsigned int m,
                    size_t stride) {
-    trace<kOcclusion>(__func__, scene, context, rays, Stream{reinterpret_cast<char*>(rays), stride},
-                      m);
+    trace_stream<kOcclusion>(__func__, scene, context, rays, m, stride);
 }
 void rtcIntersect1Mp(RTCScene scene, RTCIntersectContext* context, RTCRayHit** rays,
                      unsigned int m) {
-    trace<kClosest>(__func__, scene, context, rays, Pointers{reinterpret_cast<void**>(rays)}, m);
+    trace_pointers<kClosest>(__func__, scene, context, rays, m);
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned int m) {
-    trace<kOcclusion>(__func__, scene, context, rays, Pointers{reinterpret_cast<void**>(rays)}, m);
+    trace_pointers<kOcclusion>(__func__, scene, context, rays, m);
 }
 #endif

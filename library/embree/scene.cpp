@@ -4,6 +4,76 @@
 #include <set>
 
 namespace mray::embree {
+struct PrimBox : Bounds {
+    /// The mesh in Committed::meshes, and its primitive.
+    std::uint32_t mesh;
+    std::uint32_t prim_id;
+};
+
+/// A binary tree over medians of the longest axis; a node [first, last) has the middle's number.
+class BoxTree {
+public:
+    explicit BoxTree(std::vector<PrimBox> boxes)
+        : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
+        build(0, boxes_.size());
+    }
+
+    /// The nearer half of each node comes first. `radius` is read again after each call.
+    template <class Visit>
+    void visit_near(const glm::vec3& point, const float& radius, Visit visit) const {
+        if (!boxes_.empty()) visit_range(0, boxes_.size(), point, radius, visit);
+    }
+
+private:
+    static constexpr std::size_t kLeaf = 4;
+
+    void build(std::size_t first, std::size_t last) {
+        if (last - first <= kLeaf) return;
+        Bounds around;
+        for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
+        int longest = 0;
+        const glm::vec3 size = around.upper - around.lower;
+        for (int axis = 1; axis < 3; ++axis)
+            if (size[axis] > size[longest]) longest = axis;
+        const std::size_t middle = first + (last - first) / 2;
+        bounds_[middle] = around;
+        const auto at = [&](std::size_t i) {
+            return boxes_.begin() + static_cast<std::ptrdiff_t>(i);
+        };
+        std::nth_element(at(first), at(middle), at(last), [&](const PrimBox& a, const PrimBox& b) {
+            return a.lower[longest] + a.upper[longest] < b.lower[longest] + b.upper[longest];
+        });
+        build(first, middle);
+        build(middle, last);
+    }
+    template <class Visit>
+    void visit_range(std::size_t first, std::size_t last, const glm::vec3& point,
+                     const float& radius, Visit& visit) const {
+        const auto is_near = [&](float distance2) { return distance2 <= radius * radius; };
+        if (last - first <= kLeaf) {
+            for (std::size_t i = first; i < last; ++i)
+                if (is_near(boxes_[i].distance2(point))) visit(boxes_[i]);
+            return;
+        }
+        struct Half {
+            std::size_t first, last;
+            float distance2;
+        };
+        const std::size_t middle = first + (last - first) / 2;
+        Half near = {first, middle, distance2(first, middle, point)};
+        Half far = {middle, last, distance2(middle, last, point)};
+        if (far.distance2 < near.distance2) std::swap(near, far);
+        for (const Half& half : {near, far})
+            if (is_near(half.distance2)) visit_range(half.first, half.last, point, radius, visit);
+    }
+    float distance2(std::size_t first, std::size_t last, const glm::vec3& point) const {
+        return last - first <= kLeaf ? 0 : bounds_[first + (last - first) / 2].distance2(point);
+    }
+
+    std::vector<PrimBox> boxes_;
+    std::vector<Bounds> bounds_;
+};
+
 namespace {
 
 bool is_any_refitted(const std::vector<CommittedMesh>& meshes) {
@@ -39,23 +109,90 @@ void prepare(std::vector<CommittedMesh>& meshes) {
     }
 }
 
-std::optional<morphray::Scene> build_tree(const std::vector<CommittedMesh>& meshes,
-                                          const BuildWay& way, const morphray::Device& tracer) {
-    std::vector<std::vector<std::uint32_t>> triangles(meshes.size());
-    std::vector<morphray::MeshView> views;
-    for (std::size_t i = 0; i < meshes.size(); ++i) views.push_back(meshes[i].view(triangles[i]));
-    const auto is_empty = [](const auto& mesh) { return mesh.triangle_count() == 0; };
-    if (std::ranges::all_of(meshes, is_empty)) return std::nullopt;
-    morphray::SceneOptions options;
-    if (way.is_refitted) options.update = morphray::Refit{};
-    return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
-}
-
-/// Encloses the triangles that can be hit.
 RTCBounds bounds_of(const Committed& committed) {
     Bounds all;
     for (const CommittedMesh& mesh : committed.meshes) all.add(mesh.bounds);
     return {all.lower.x, all.lower.y, all.lower.z, 0, all.upper.x, all.upper.y, all.upper.z, 0};
+}
+
+/// The primitives whose vertices are all in range.
+std::vector<PrimBox> boxes_of(const std::vector<CommittedMesh>& meshes) {
+    std::vector<PrimBox> boxes;
+    for (std::size_t p = 0; p < meshes.size(); ++p) {
+        const CommittedMesh& mesh = meshes[p];
+        const std::size_t step = mesh.is_quads ? 2 : 1;
+        for (std::size_t triangle = 0; triangle < mesh.triangle_count(); triangle += step) {
+            PrimBox box = {
+                {}, static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(triangle / step)};
+            bool is_whole = true;
+            for (std::size_t half = 0; half < step && is_whole; ++half) {
+                std::array<std::uint32_t, 3> corners;
+                is_whole = mesh.find_traced_corners(triangle + half, corners);
+                for (std::size_t i = 0; i < 3 && is_whole; ++i) {
+                    const std::uint32_t vertex = corners[i];
+                    const morphray::Vec3 corner = mesh.placed_vertex(vertex);
+                    is_whole = is_whole && is_in_range(corner);
+                    box.add(corner);
+                }
+            }
+            if (is_whole) boxes.push_back(box);
+        }
+    }
+    return boxes;
+}
+
+/// The factor of lengths, if the transformation is a similarity; otherwise 0.
+float similarity_of(const Transform& t) {
+    const auto dot = [&](int i, int j) { return glm::dot(t.columns[i], t.columns[j]); };
+    const double scale2 = dot(0, 0);
+    for (const double excess :
+         {dot(1, 1) - scale2, dot(2, 2) - scale2, dot(0, 1), dot(0, 2), dot(1, 2)})
+        if (!(std::abs(excess) <= 1e-5 * scale2)) return 0;
+    return static_cast<float>(std::sqrt(scale2));
+}
+
+/// The context of an instance's mesh; that of the caller is as before afterwards.
+class InstanceScope {
+public:
+    InstanceScope(const CommittedMesh& mesh, RTCPointQueryContext& context)
+        : context_(context), before_(context) {
+        constexpr RTCFormat kFormat = RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR;
+        write_transform(mesh.to_object, kFormat, context.world2inst[0]);
+        write_transform(mesh.to_world, kFormat, context.inst2world[0]);
+        context.instID[0] = mesh.inst_id;
+#if MORPHRAY_EMBREE == 4
+        context.instPrimID[0] = 0;
+#endif
+        context.instStackSize = 1;
+    }
+    ~InstanceScope() { context_ = before_; }
+    InstanceScope(const InstanceScope&) = delete;
+
+private:
+    RTCPointQueryContext& context_;
+    const RTCPointQueryContext before_;
+};
+
+/// Returns whether a function changed the query. Functions may lower the radius.
+bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
+                RTCPointQueryFunction function, void* user) {
+    bool has_changed = false;
+    committed.boxes().visit_near(
+        {query.x, query.y, query.z}, query.radius, [&](const PrimBox& box) {
+            const CommittedMesh& mesh = committed.meshes[box.mesh];
+            std::optional<InstanceScope> scope;
+            if (mesh.is_instance()) scope.emplace(mesh, context);
+            RTCPointQueryFunctionArguments arguments;
+            arguments.query = &query;
+            arguments.userPtr = user;
+            arguments.primID = box.prim_id;
+            arguments.geomID = mesh.geom_id;
+            arguments.context = &context;
+            arguments.similarityScale = mesh.is_instance() ? similarity_of(mesh.to_object) : 1.0f;
+            for (const RTCPointQueryFunction each : {function, mesh.geometry->point_query})
+                if (each != nullptr) has_changed |= each(&arguments);
+        });
+    return has_changed;
 }
 
 }  // namespace
@@ -131,9 +268,9 @@ void SceneObject::commit() {
 }
 
 void SceneObject::commit_meshes(std::vector<CommittedMesh> meshes) {
-    const bool is_kept = committed_ != nullptr &&
-                         std::ranges::equal(committed_->meshes, meshes, has_same_shape) &&
-                         committed_->way == BuildWay{quality, is_any_refitted(meshes)};
+    const bool is_kept =
+        committed_ != nullptr && std::ranges::equal(committed_->meshes, meshes, has_same_shape) &&
+        committed_->quality == quality && committed_->is_refitted == is_any_refitted(meshes);
     const bool is_robust = (flags & RTC_SCENE_FLAG_ROBUST) != 0;
     constexpr auto kVersions = &CommittedMesh::versions;
     if (is_kept && committed_->is_robust == is_robust &&
@@ -147,12 +284,25 @@ void SceneObject::commit_meshes(std::vector<CommittedMesh> meshes) {
 void SceneObject::build(std::vector<CommittedMesh> meshes) {
     committed_ = nullptr;
     auto made = std::make_unique<Committed>();
-    made->way = {quality, is_any_refitted(meshes)};
+    made->quality = quality;
+    made->is_refitted = is_any_refitted(meshes);
     made->meshes = std::move(meshes);
     for (CommittedMesh& mesh : made->meshes) mesh.find_used_vertices();
     prepare(made->meshes);
+    std::vector<std::vector<std::uint32_t>> triangles;
+    std::vector<morphray::MeshView> views;
+    bool has_triangles = false;
+    for (const CommittedMesh& mesh : made->meshes) {
+        views.push_back(mesh.view(triangles.emplace_back()));
+        has_triangles |= mesh.triangle_count() > 0;
+    }
+    morphray::SceneOptions options;
+    if (made->is_refitted) options.update = morphray::Refit{};
+    if (has_triangles) {
+        made->scene = morphray::Scene::build(std::span<const morphray::MeshView>(views),
+                                             device_->tracer(), options);
+    }
     committed_ = std::move(made);
-    committed_->scene = build_tree(committed_->meshes, committed_->way, device_->tracer());
 }
 
 /// Follows positions and transformations: `meshes` have those of the caller.
@@ -180,165 +330,6 @@ bool SceneObject::update(const std::vector<CommittedMesh>& meshes) {
     }
     return true;
 }
-
-// ---- Point queries
-
-using Function = RTCPointQueryFunction;
-
-struct PrimBox : Bounds {
-    /// The mesh in Committed::meshes, and its primitive.
-    std::uint32_t mesh;
-    std::uint32_t prim_id;
-};
-
-/// A binary tree over medians of the longest axis; a node [first, last) has the middle's number.
-class BoxTree {
-public:
-    explicit BoxTree(std::vector<PrimBox> boxes)
-        : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
-        build(0, boxes_.size());
-    }
-
-    /// The nearer half of each node comes first. `radius` is read again after each call.
-    template <class Visit>
-    void visit_near(const glm::vec3& point, const float& radius, Visit visit) const {
-        if (!boxes_.empty()) visit_range(0, boxes_.size(), point, radius, visit);
-    }
-
-private:
-    static constexpr std::size_t kLeaf = 4;
-
-    void build(std::size_t first, std::size_t last) {
-        if (last - first <= kLeaf) return;
-        Bounds around;
-        for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
-        int longest = 0;
-        const glm::vec3 size = around.upper - around.lower;
-        for (int axis = 1; axis < 3; ++axis)
-            if (size[axis] > size[longest]) longest = axis;
-        const std::size_t middle = first + (last - first) / 2;
-        bounds_[middle] = around;
-        const auto at = [&](std::size_t i) {
-            return boxes_.begin() + static_cast<std::ptrdiff_t>(i);
-        };
-        std::nth_element(at(first), at(middle), at(last), [&](const PrimBox& a, const PrimBox& b) {
-            return a.lower[longest] + a.upper[longest] < b.lower[longest] + b.upper[longest];
-        });
-        build(first, middle);
-        build(middle, last);
-    }
-    template <class Visit>
-    void visit_range(std::size_t first, std::size_t last, const glm::vec3& point,
-                     const float& radius, Visit& visit) const {
-        const auto is_near = [&](float distance2) { return distance2 <= radius * radius; };
-        if (last - first <= kLeaf) {
-            for (std::size_t i = first; i < last; ++i)
-                if (is_near(boxes_[i].distance2(point))) visit(boxes_[i]);
-            return;
-        }
-        struct Half {
-            std::size_t first, last;
-            float distance2;
-        };
-        const std::size_t middle = first + (last - first) / 2;
-        Half near = {first, middle, distance2(first, middle, point)};
-        Half far = {middle, last, distance2(middle, last, point)};
-        if (far.distance2 < near.distance2) std::swap(near, far);
-        for (const Half& half : {near, far})
-            if (is_near(half.distance2)) visit_range(half.first, half.last, point, radius, visit);
-    }
-    float distance2(std::size_t first, std::size_t last, const glm::vec3& point) const {
-        return last - first <= kLeaf ? 0 : bounds_[first + (last - first) / 2].distance2(point);
-    }
-
-    std::vector<PrimBox> boxes_;
-    /// By node.
-    std::vector<Bounds> bounds_;
-};
-
-namespace {
-
-/// The primitives whose vertices are all in range.
-std::vector<PrimBox> boxes_of(const std::vector<CommittedMesh>& meshes) {
-    std::vector<PrimBox> boxes;
-    for (std::size_t p = 0; p < meshes.size(); ++p) {
-        const CommittedMesh& mesh = meshes[p];
-        const std::size_t step = mesh.is_quads ? 2 : 1;
-        for (std::size_t triangle = 0; triangle < mesh.triangle_count(); triangle += step) {
-            PrimBox box = {
-                {}, static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(triangle / step)};
-            bool is_whole = true;
-            for (std::size_t half = 0; half < step && is_whole; ++half) {
-                std::array<std::uint32_t, 3> corners;
-                is_whole = mesh.find_traced_corners(triangle + half, corners);
-                for (std::size_t i = 0; i < 3 && is_whole; ++i) {
-                    const std::uint32_t vertex = corners[i];
-                    const morphray::Vec3 corner = mesh.placed_vertex(vertex);
-                    is_whole = is_whole && is_in_range(corner);
-                    box.add(corner);
-                }
-            }
-            if (is_whole) boxes.push_back(box);
-        }
-    }
-    return boxes;
-}
-
-/// The factor of lengths, if the transformation is a similarity; otherwise 0.
-float similarity_of(const Transform& t) {
-    const auto dot = [&](int i, int j) { return glm::dot(t.columns[i], t.columns[j]); };
-    const double scale2 = dot(0, 0);
-    for (const double excess :
-         {dot(1, 1) - scale2, dot(2, 2) - scale2, dot(0, 1), dot(0, 2), dot(1, 2)})
-        if (!(std::abs(excess) <= 1e-5 * scale2)) return 0;
-    return static_cast<float>(std::sqrt(scale2));
-}
-
-/// The context of an instance's mesh; that of the caller is as before afterwards.
-class InstanceScope {
-public:
-    InstanceScope(const CommittedMesh& mesh, RTCPointQueryContext& context)
-        : context_(context), before_(context) {
-        constexpr RTCFormat kFormat = RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR;
-        write_transform(mesh.to_object, kFormat, context.world2inst[0]);
-        write_transform(mesh.to_world, kFormat, context.inst2world[0]);
-        context.instID[0] = mesh.inst_id;
-#if MORPHRAY_EMBREE == 4
-        context.instPrimID[0] = 0;
-#endif
-        context.instStackSize = 1;
-    }
-    ~InstanceScope() { context_ = before_; }
-    InstanceScope(const InstanceScope&) = delete;
-
-private:
-    RTCPointQueryContext& context_;
-    const RTCPointQueryContext before_;
-};
-
-/// Returns whether a function changed the query. Functions may lower the radius.
-bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
-                Function function, void* user) {
-    bool has_changed = false;
-    committed.boxes().visit_near(
-        {query.x, query.y, query.z}, query.radius, [&](const PrimBox& box) {
-            const CommittedMesh& mesh = committed.meshes[box.mesh];
-            std::optional<InstanceScope> scope;
-            if (mesh.is_instance()) scope.emplace(mesh, context);
-            RTCPointQueryFunctionArguments arguments;
-            arguments.query = &query;
-            arguments.userPtr = user;
-            arguments.primID = box.prim_id;
-            arguments.geomID = mesh.geom_id;
-            arguments.context = &context;
-            arguments.similarityScale = mesh.is_instance() ? similarity_of(mesh.to_object) : 1.0f;
-            for (const Function each : {function, mesh.geometry->point_query})
-                if (each != nullptr) has_changed |= each(&arguments);
-        });
-    return has_changed;
-}
-
-}  // namespace
 
 const BoxTree& Committed::boxes() const {
     const std::scoped_lock lock(boxes_mutex_);

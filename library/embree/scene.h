@@ -10,20 +10,14 @@ namespace mray::embree {
 
 class BoxTree;
 
-struct BuildWay {
-    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
-    /// Updates refit, whatever the tree is like then.
-    bool is_refitted = false;
-
-    bool operator==(const BuildWay&) const = default;
-};
-
 /// The scene as queries read it. Its meshes are the meshes of `scene`, by geom_id.
 struct Committed {
     std::vector<CommittedMesh> meshes;
     /// A scene without triangles has none.
     std::optional<morphray::Scene> scene;
-    BuildWay way;
+    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
+    /// Updates refit, whatever the tree is like then.
+    bool is_refitted = false;
     bool is_robust = false;
     /// Rays are compared with masks only where the caller has set one.
     bool uses_masks = false;
@@ -34,10 +28,6 @@ struct Committed {
     bool filters_occlusion = false;
 
     void read_settings();
-    /// Returns true if a ray with this mask passes by no mesh.
-    bool all_seen(unsigned int ray_mask) const {
-        return std::ranges::none_of(masks, [&](auto mask) { return (mask & ray_mask) == 0; });
-    }
     /// A tree of all primitives, made by the first call at a pose. Threads may call it at once.
     const BoxTree& boxes() const;
     void forget_boxes() { made_boxes_ = nullptr; }

@@ -1,8 +1,8 @@
 """The build backend of pyproject.toml (PEP 517): CMake builds the package, and this packs it.
 
-The wheel uses the machine's libraries and is for machines like the one that made it. Building needs
-cmake, a C++20 compiler, the headers of Python and pybind11, and the libraries that cmake/packages.txt
-lists as "build". Setting (pip's --config-settings): vulkan=OFF builds without Vulkan.
+The wheel is for machines like the one that made it. Building needs cmake, a C++20 compiler, the headers
+of Python and pybind11, and the libraries that cmake/packages.txt lists as "build". Setting (pip's
+--config-settings): vulkan=OFF builds without Vulkan.
 """
 
 import base64
@@ -37,10 +37,6 @@ Description-Content-Type: text/markdown
 {(ROOT / "docs/guide/python.md").read_text()}"""
 
 
-def _dist_info():
-    return f"morphray-{_version()}.dist-info"
-
-
 def _run(*command):
     print("+", *command, flush=True)
     try:
@@ -71,7 +67,7 @@ def _record_line(name, data):
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     """Lets pip look for numpy before anything is compiled."""
-    folder = pathlib.Path(metadata_directory) / _dist_info()
+    folder = pathlib.Path(metadata_directory) / f"morphray-{_version()}.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text(_metadata())
     return folder.name
@@ -82,7 +78,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     module = f"_morphray{sysconfig.get_config_var('EXT_SUFFIX')}"
     python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
     tag = f"{python}-{python}-{re.sub('[-.]', '_', sysconfig.get_platform())}"
-    info = _dist_info()
+    info = f"morphray-{_version()}.dist-info"
     files = {f"morphray/{name}": (package / name).read_bytes()
              for name in ("__init__.py", "open3d.py", "trimesh.py", "py.typed", module)}
     files[f"{info}/METADATA"] = _metadata().encode()

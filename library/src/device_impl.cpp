@@ -22,13 +22,9 @@ namespace morphray {
 namespace detail {
 
 #ifndef MORPHRAY_HAS_VULKAN
-namespace {
-
-[[noreturn]] void throw_no_vulkan() {
+[[noreturn]] static void throw_no_vulkan() {
     throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
 }
-
-}  // namespace
 #endif
 
 DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan)
@@ -44,27 +40,22 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
         if (!check.passed) throw Error(check.code, check.problem);
     }
 #endif
-    std::unique_ptr<mray::Backend> backend = make_backend();
+    const std::unique_ptr<mray::Backend> backend = make_backend();
     name_ = backend->info().name;
     description_ = backend->info().description;
 }
-
-#ifdef MORPHRAY_HAS_VULKAN
-std::shared_ptr<mray::gpu::SharedDevice> DeviceImpl::open_vulkan_device() {
-    const std::scoped_lock lock(mutex_);
-    if (shared_ == nullptr || mray::gpu::is_lost(*shared_)) {
-        shared_ = mray::gpu::open_device({.device = vulkan_.device, .validate = vulkan_.validate});
-    }
-    return shared_;
-}
-#endif
 
 std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
     const mray::cpu::CpuConfig config{.threads = cpu_.threads, .simd = cpu_.simd};
     if (kind_ == Kind::cpu) return mray::cpu::make_cpu_backend(config);
     if (kind_ == Kind::brute) return mray::cpu::make_brute_backend(config);
 #ifdef MORPHRAY_HAS_VULKAN
-    return mray::gpu::make_backend_on(open_vulkan_device());
+    std::unique_lock lock(mutex_);
+    if (shared_ == nullptr || mray::gpu::is_lost(*shared_))
+        shared_ = mray::gpu::open_device({.device = vulkan_.device, .validate = vulkan_.validate});
+    const std::shared_ptr<mray::gpu::SharedDevice> shared = shared_;
+    lock.unlock();
+    return mray::gpu::make_backend_on(shared);
 #else
     throw_no_vulkan();
 #endif
@@ -85,15 +76,10 @@ using mray::vec3;
 
 constexpr float kUnit = 0x1p16f;
 
-struct TestScene {
-    mray::Topology topology;
-    std::vector<vec3> positions;
-};
-
-/// Triangles of all shapes, which hide each other.
-TestScene make_scene() {
+/// Triangles of all shapes, which hide each other. Returns their positions.
+std::vector<vec3> make_scene(mray::Topology& topology) {
     constexpr std::uint32_t kTriangles = 1500;
-    TestScene scene;
+    std::vector<vec3> positions;
     std::mt19937 random(1);
     const auto in = [&](float size) {
         return size * (static_cast<float>(random() % 20001) * 1e-4f - 1);
@@ -103,27 +89,25 @@ TestScene make_scene() {
         const float size = i % 3 == 0 ? 1e-3f : 0.3f;
         for (int k = 0; k < 3; ++k) {
             const vec3 corner = centre + vec3(in(size), in(size), in(size));
-            scene.positions.push_back(mray::snap_point(corner * kUnit));
+            positions.push_back(mray::snap_point(corner * kUnit));
         }
-        scene.topology.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
-        scene.topology.albedo.push_back(0xFF404040u + i * 0x010305u);
+        topology.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+        topology.albedo.push_back(0xFF404040u + i * 0x010305u);
     }
-    scene.topology.vertex_count = 3 * kTriangles;
-    return scene;
+    topology.vertex_count = 3 * kTriangles;
+    return positions;
 }
 
 mray::ImageParams make_view(std::uint32_t rays) {
-    constexpr float kWidth = 96;
-    constexpr float kHeight = 64;
     mray::ImageParams params = {};
+    params.width = 96;
+    params.height = 64;
     params.camera.org = vec3(0, 3, 6) * kUnit;
-    params.camera.corner = vec3(-0.5f * kWidth / kHeight, 0.1f, -1);
-    params.camera.du = vec3(1 / kHeight, 0, 0);
-    params.camera.dv = vec3(0, -1 / kHeight, 0);
+    params.camera.corner = vec3(-0.75f, 0.1f, -1);
+    params.camera.du = vec3(1.0f / 64, 0, 0);
+    params.camera.dv = vec3(0, -1.0f / 64, 0);
     params.light = vec3(-6, 8, 5) * kUnit;
     params.ao_tfar = 1.5f * kUnit;
-    params.width = static_cast<std::uint32_t>(kWidth);
-    params.height = static_cast<std::uint32_t>(kHeight);
     params.rays = rays;
     params.ao_count = 4;
     return params;
@@ -150,16 +134,17 @@ std::string image_difference(mray::Backend& tested, mray::Backend& reference) {
 }  // namespace
 
 std::string find_difference(mray::Backend& tested, mray::Backend& reference) {
-    TestScene scene = make_scene();
-    const mray::Bvh bvh = mray::build_bvh(scene.topology, scene.positions);
+    mray::Topology topology;
+    std::vector<vec3> positions = make_scene(topology);
+    const mray::Bvh bvh = mray::build_bvh(topology, positions);
     for (mray::Backend* const backend : {&tested, &reference})
-        backend->set_scene(scene.topology, scene.positions, bvh);
+        backend->set_scene(topology, positions, bvh);
     for (int pose = 0; pose < 2; ++pose) {
         const std::string difference = image_difference(tested, reference);
         if (!difference.empty()) return difference;
-        for (vec3& p : scene.positions) p = mray::snap_point(p + 0.2f * vec3(p.y, p.z, -p.x));
+        for (vec3& p : positions) p = mray::snap_point(p + 0.2f * vec3(p.y, p.z, -p.x));
         mray::Bvh found, expected;
-        for (mray::Backend* const backend : {&tested, &reference}) backend->refit(scene.positions);
+        for (mray::Backend* const backend : {&tested, &reference}) backend->refit(positions);
         tested.read_tree(found);
         reference.read_tree(expected);
         if (!same(found.nodes, expected.nodes) || !same(found.leaves, expected.leaves))
@@ -181,15 +166,12 @@ std::string key_of(const mray::gpu::DeviceInfo& info) {
 
 /// Empty if the user has no folder.
 std::filesystem::path file_of(const mray::gpu::DeviceInfo& info) {
-    std::filesystem::path folder;
-    if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != 0) {
-        folder = cache;
-    } else if (const char* const home = std::getenv("HOME"); home != nullptr && *home != 0) {
-        folder = std::filesystem::path(home) / ".cache";
-    } else {
-        return {};
-    }
-    return folder / "morphray" / ("device-" + info.uuid);
+    const std::filesystem::path file = "morphray/device-" + info.uuid;
+    if (const char* const cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != 0)
+        return cache / file;
+    if (const char* const home = std::getenv("HOME"); home != nullptr && *home != 0)
+        return std::filesystem::path(home) / ".cache" / file;
+    return {};
 }
 
 std::optional<DeviceCheck> kept_check(const mray::gpu::DeviceInfo& info) {
@@ -250,8 +232,7 @@ DeviceCheck run_check(const mray::gpu::DeviceInfo& info) {
 
 }  // namespace detail
 
-using detail::DeviceImpl;
-using detail::with_public_errors;
+using namespace detail;
 
 const char* version() noexcept { return mray::kVersion.data(); }
 
@@ -260,11 +241,9 @@ Device::Device(std::shared_ptr<DeviceImpl> impl) : impl_(std::move(impl)) {}
 Device Device::cpu(const CpuOptions& options) {
     return DeviceImpl::make(DeviceImpl::Kind::cpu, options, {});
 }
-
 Device Device::vulkan(const VulkanOptions& options) {
     return DeviceImpl::make(DeviceImpl::Kind::vulkan, {}, options);
 }
-
 Device Device::brute_force(const CpuOptions& options) {
     return DeviceImpl::make(DeviceImpl::Kind::brute, options, {});
 }
@@ -297,26 +276,25 @@ std::vector<VulkanDeviceInfo> vulkan_devices() {
 DeviceCheck check_vulkan_device(const std::string& device) {
     return with_public_errors([&] {
         const mray::gpu::DeviceInfo info = mray::gpu::find_device(device);
-        const DeviceCheck check = detail::run_check(info);
-        detail::keep_check(info, check);
+        const DeviceCheck check = run_check(info);
+        keep_check(info, check);
         return check;
     });
 }
 
 std::optional<DeviceCheck> kept_device_check(const std::string& device) {
-    return with_public_errors([&] { return detail::kept_check(mray::gpu::find_device(device)); });
+    return with_public_errors([&] { return kept_check(mray::gpu::find_device(device)); });
 }
 
 DeviceCheck keep_lost_device(const std::string& device, const std::string& what) {
     return with_public_errors([&] {
         const mray::gpu::DeviceInfo info = mray::gpu::find_device(device);
-        const DeviceCheck check = detail::failure(info, ErrorCode::device_lost, what);
-        detail::keep_check(info, check);
+        const DeviceCheck check = failure(info, ErrorCode::device_lost, what);
+        keep_check(info, check);
         return check;
     });
 }
 #else
-using detail::throw_no_vulkan;
 std::vector<VulkanDeviceInfo> vulkan_devices() { throw_no_vulkan(); }
 DeviceCheck check_vulkan_device(const std::string&) { throw_no_vulkan(); }
 std::optional<DeviceCheck> kept_device_check(const std::string&) { throw_no_vulkan(); }

@@ -28,17 +28,14 @@ public:
     const std::string& name() const { return name_; }
     const std::string& description() const { return description_; }
     int threads() const { return cpu_.threads; }
-    /// For the host's work.
+    /// For the host's work: reading positions, converting and tracing rays.
     const mray::SimdTarget& simd_target() const { return simd_target_; }
-    /// Where the host's work for scenes runs: reading positions, converting and tracing rays.
     mray::ThreadArena& arena() { return arena_; }
 
     /// A backend for a scene. Those of a Vulkan device share what is compiled. Throws mray::Error.
     std::unique_ptr<mray::Backend> make_backend();
 
 private:
-    std::shared_ptr<mray::gpu::SharedDevice> open_vulkan_device();
-
     Kind kind_;
     CpuOptions cpu_;
     VulkanOptions vulkan_;
@@ -51,8 +48,8 @@ private:
     std::shared_ptr<mray::gpu::SharedDevice> shared_;
 };
 
-/// Has both backends trace, shade and refit a small scene. Returns what differs first in the tested
-/// one, such as "closest hits"; empty if all bits are equal. Throws what the backends throw.
+/// Has both backends trace, shade and refit a small scene. Returns what differs first, such as
+/// "closest hits"; empty if all bits are equal. Throws what the backends throw.
 std::string find_difference(mray::Backend& tested, mray::Backend& reference);
 
 }  // namespace morphray::detail

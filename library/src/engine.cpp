@@ -24,11 +24,9 @@ std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene)
 }
 
 void read_positions(const Scene& scene) { SceneImpl::of(scene).read_positions(); }
-
 std::span<const mray::vec3> positions(const Scene& scene) {
     return SceneImpl::of(scene).pose().positions();
 }
-
 const mray::SceneSpace& space(const Scene& scene) { return SceneImpl::of(scene).pose().space(); }
 
 mray::ViewSpec to_spec(const View& view, const Point& origin) {

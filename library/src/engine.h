@@ -1,5 +1,4 @@
-// What is behind a Scene, for the program's commands that compare and measure backends. Positions,
-// trees and hits are in scene space.
+// What is behind a Scene, for commands that compare and measure backends. All is in scene space.
 #pragma once
 
 #include "common/backend.h"
@@ -11,8 +10,7 @@ namespace morphray::engine {
 
 /// The backend of the scene. SceneOptions::cancel ends its images, too.
 mray::Backend& backend(const Scene& scene);
-/// A backend on another device with the meshes, the positions and the tree of the scene, whose
-/// meshes must outlive it. Throws mray::Error.
+/// A copy of the backend on another device; the scene must outlive it. Throws mray::Error.
 std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene);
 
 /// Reads the positions of all deforming meshes, but leaves the tree as it is.

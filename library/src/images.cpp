@@ -16,8 +16,7 @@
 namespace morphray {
 namespace {
 
-using detail::throw_bad_argument;
-using detail::with_public_errors;
+using namespace detail;
 
 struct HitsHeader {
     char magic[8] = {'M', 'R', 'H', 'I', 'T', 'S', '1', '\0'};
@@ -56,10 +55,8 @@ HitsFile parse(const std::string& file, std::string_view text) {
         std::memcpy(values.data(), next, values.size() * sizeof(values[0]));
         next += values.size() * sizeof(values[0]);
     };
-    // A file without images has no hits, whatever their size would be.
-    if (pixels == 0 || header.image_count == 0) return result;
-    std::vector<mray::Hit> hits(pixels);
-    for (std::uint32_t i = 0; i < header.image_count; ++i) {
+    std::vector<mray::Hit> hits(rest == 0 ? 0 : pixels);
+    for (std::uint32_t i = 0; rest > 0 && i < header.image_count; ++i) {
         HitsFile::ImageHits& image = result.images.emplace_back();
         take(hits);
         for (const mray::Hit& hit : hits) {
@@ -72,8 +69,6 @@ HitsFile parse(const std::string& file, std::string_view text) {
     return result;
 }
 
-bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
-
 /// Compares as many hits of both; same(i) tells whether what belongs to hit i is equal, too.
 template <class Same>
 Comparison compare_all(std::span<const Hit> first, std::span<const Hit> second, std::size_t keep,
@@ -81,7 +76,7 @@ Comparison compare_all(std::span<const Hit> first, std::span<const Hit> second, 
     Comparison comparison;
     comparison.compared = first.size();
     for (std::size_t i = 0; i < first.size(); ++i) {
-        if (same_bits(first[i], second[i]) && same(i)) continue;
+        if (std::memcmp(&first[i], &second[i], sizeof(Hit)) == 0 && same(i)) continue;
         ++comparison.different;
         if (comparison.differences.size() < keep)
             comparison.differences.push_back({i, first[i], second[i]});
@@ -111,10 +106,9 @@ void HitsWriter::add(const Image& image) {
             image.hits.size() != count || image.occlusion.size() != count)
             throw_bad_argument("HitsWriter: an image of another size");
         for (const Hit& hit : image.hits) {
-            if (hit && hit.geom_id != 0) {
-                throw_bad_argument(
-                    "HitsWriter: a hit of geom_id {}; the file has room for one mesh", hit.geom_id);
-            }
+            if (!hit || hit.geom_id == 0) continue;
+            throw_bad_argument("HitsWriter: a hit of geom_id {}; the file has room for one mesh",
+                               hit.geom_id);
         }
         // Nothing has changed if memory does not suffice.
         std::size_t at = bytes_.size();
@@ -136,17 +130,14 @@ void HitsWriter::add(const Image& image) {
 void HitsWriter::write(const std::string& file) const {
     with_public_errors([&] { mray::write_file(file, bytes_); });
 }
-
 HitsFile read_hits(const std::string& file) {
     return with_public_errors([&] { return parse(file, mray::read_input_file(file)); });
 }
 
 void write_png(const std::string& file, const Image& image) {
     with_public_errors([&] {
-        if (image.pixels.size() != std::size_t{image.width} * image.height ||
-            image.pixels.empty()) {
+        if (image.pixels.size() != std::size_t{image.width} * image.height || image.pixels.empty())
             throw_bad_argument("write_png: the image's pixels do not fit its size");
-        }
         mray::write_file(file, mray::encode_png({image.width, image.height, image.pixels}));
     });
 }

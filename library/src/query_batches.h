@@ -3,9 +3,7 @@
 
 #include <tbb/blocked_range.h>
 
-#include "common/base/thread_arena.h"
 #include "common/base/watch.h"
-#include "common/frame_times.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray::detail {
@@ -20,8 +18,7 @@ inline constexpr std::size_t kLeastRun = 32;
 inline constexpr std::size_t kLeastDeviceRun = 64;
 
 /// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until the watch
-/// is cancelled. If it can be, and `least` is not 0, the first run is so long, and the others take
-/// some milliseconds.
+/// is cancelled. If it can be and `least` > 0, runs begin with `least` rays and then take some ms.
 template <class Work>
 void for_runs_of(std::size_t begin, std::size_t end, mray::Watch watch, Work work,
                  std::size_t most = kRun, std::size_t least = 0) {
@@ -61,32 +58,30 @@ void for_ordered_batches(SceneImpl& scene, std::span<const Ray> rays, bool sorts
                          mray::ThreadArena* arena, mray::Watch watch, Work work) {
     constexpr std::size_t kLeastSorted = 8192;
     const auto run = [&](RaySorter* sorter) {
-        for_runs_of(
-            0, rays.size(), watch,
-            [&](std::size_t first, std::size_t count) {
-                const std::span<const Ray> batch = rays.subspan(first, count);
-                std::span<const std::uint32_t> order;
-                if (sorter != nullptr) order = sorter->sort(batch, scene.target(), arena);
-                work(first, batch, order);
-            },
-            most);
+        const auto work_on = [&](std::size_t first, std::size_t count) {
+            const std::span<const Ray> batch = rays.subspan(first, count);
+            std::span<const std::uint32_t> order;
+            if (sorter != nullptr) order = sorter->sort(batch, scene.target(), arena);
+            work(first, batch, order);
+        };
+        for_runs_of(0, rays.size(), watch, work_on, most);
     };
     if (!sorts || rays.size() < kLeastSorted || !scene.tracer().info().is_on_processor)
         return run(nullptr);
-    scene.sorter().use([&](RaySorter& sorter) {
+    scene.sorter.use([&](RaySorter& sorter) {
         sorter.choose_curve(rays, scene.space().extent());
         run(&sorter);
     });
 }
 
-/// Calls query(first, count) for parts of [0, total) in the host's threads. It checks the watch
-/// itself. Throws mray::Error(kCancelled).
+/// Calls query(first, count), which checks the watch, for parts of [0, total) in the host's
+/// threads. Throws mray::Error(kCancelled).
 template <class Query>
 void query_on_host(SceneImpl& scene, std::size_t total, const QueryOptions& options, Query query) {
     // Enough for streams of each octant of directions.
     constexpr std::size_t kBatch = 2048;
     mray::ThreadArena* const arena = options.threads == Threads::calling ? nullptr : &scene.arena();
-    scene.cost().measure(total, [&] { for_each_run(arena, total, {}, query, kBatch); });
+    scene.cost.measure(total, [&] { for_each_run(arena, total, {}, query, kBatch); });
     mray::Watch(options.cancel).throw_if_cancelled();
 }
 
@@ -102,7 +97,7 @@ void query_tracer(SceneImpl& scene, std::size_t total, const QueryOptions& optio
         query(first, count);
     };
     for_runs_of(0, total, watch, query_alone, kBatch, kLeastDeviceRun);
-    scene.cost().add(stopwatch.ms(), total);
+    scene.cost.add(stopwatch.ms(), total);
     watch.throw_if_cancelled();
 }
 

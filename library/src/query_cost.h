@@ -17,8 +17,8 @@ public:
         add_time(ms);
         count_rays(rays);
     }
-    /// Calls `query`, which traces this many rays. A clock costs as much as a ray, so of small
-    /// calls one in some kSample rays of this thread is timed.
+    /// Calls `query`, which traces this many rays. A clock costs as much as a ray, so one in some
+    /// kSample rays of small calls is timed.
     template <class Query>
     void measure(std::uint64_t rays, Query query) {
         constexpr std::uint64_t kSample = 64;
@@ -69,7 +69,7 @@ private:
     }
 
     std::atomic<std::uint64_t> nanoseconds_ = 0;
-    /// counted() at the last reset(). Counters go on, to sample few queries a pose, too.
+    /// counted() at the last reset(). Counters go on, so that few queries a pose are sampled, too.
     std::uint64_t counted_before_ = 0;
     std::array<Counter, kCounters> counters_;
 };

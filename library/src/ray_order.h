@@ -18,20 +18,19 @@ public:
     /// Rays that are sorted at a time; more at a time gain little.
     static constexpr std::size_t kMost = std::size_t{1} << 20;
 
-    /// Chooses a curve along which neighbours are alike, from samples of the rays; there is at
-    /// least one. `extent` is half of the longest side of the scene: origins at this distance are
-    /// as far from each other as directions at a distance of 1 on the octahedron.
+    /// Chooses a curve from samples of the rays, at least one. Origins `extent` apart, half of the
+    /// longest side of the scene, count as much as directions 1 apart on the octahedron.
     void choose_curve(std::span<const Ray> rays, double extent);
 
-    /// The indices of at most kMost rays in the order of their keys, rays of one key in their
-    /// order. Valid until the next call. Runs in this thread if `arena` is null.
+    /// The indices of at most kMost rays, stably sorted by their keys; valid until the next call.
+    /// Runs in this thread if `arena` is null.
     std::span<const std::uint32_t> sort(std::span<const Ray> rays, const mray::SimdTarget& target,
                                         mray::ThreadArena* arena);
 
 private:
     mray::cpu::RayCurve curve_;
     mray::AlignedVector<std::uint16_t> keys_;
-    // Rays by the upper half of their keys: the lower half in the upper 8 bits, and the index.
+    // By the upper half of keys: their lower half in the upper 8 bits, and the ray's index.
     mray::AlignedVector<std::uint32_t> items_;
     mray::AlignedVector<std::uint32_t> places_;
 };
@@ -51,15 +50,13 @@ private:
     RaySorter sorter_;
 };
 
-/// Which points are neighbours.
 enum class PointOrder {
-    places,   // those near each other
-    columns,  // those above each other, along z
+    places,   // neighbours are near each other
+    columns,  // neighbours are above each other, along z
 };
 
-/// A permutation of the points: along a Morton curve over their bounds (G. M. Morton. A Computer
-/// Oriented Geodetic Data Base. IBM, 1966). Points with a component that is not finite come
-/// somewhere. At most 2^32 points.
+/// A permutation of at most 2^32 points along a Morton curve over their bounds (G. M. Morton. A
+/// Computer Oriented Geodetic Data Base. IBM, 1966). Points that are not finite come anywhere.
 std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by);
 
 /// Calls `work(i)` for each i below `count`, in this thread if `arena` is null.

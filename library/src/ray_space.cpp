@@ -28,9 +28,8 @@ RaySpace::RaySpace(const mray::SceneSpace& space, const mray::SimdTarget& target
       scale_(std::abs(space.exponent()) <= kMostExponent ? std::ldexp(1.0f, space.exponent())
                                                          : std::nanf("")) {}
 
-/// Refuses rays with numbers that need more than floats, too. It does what make_scene_rays() does
-/// in vectors (cpu/scene_space/to_scene.cpp says why the bits are those of doubles), in a shorter
-/// chain of operations, for which a call for one ray waits.
+/// Returns nothing for rays that need more than floats. For one ray it is faster than
+/// make_scene_rays() (cpu/scene_space/to_scene.cpp says why the bits are those of doubles).
 std::optional<int> RaySpace::to_scene_in_floats(const Ray& world, mray::Ray& scene) const {
     const float org[3] = {world.org.x, world.org.y, world.org.z};
     bool is_near = true;

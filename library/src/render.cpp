@@ -3,7 +3,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_invoke.h>
 
-#include "common/frame_times.h"
 #include "common/image/depth.h"
 #include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
@@ -11,7 +10,6 @@
 #include "common/interop/surface.h"
 #include "cpu/image/lit_shader.h"
 #include "cpu/image/pixel_shader.h"
-#include "cpu/image/texture.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "library/src/engine.h"
 #include "library/src/scene_impl.h"
@@ -22,24 +20,8 @@ namespace {
 
 using mray::cpu::LitKind;
 
-/// Both name the kinds up to prim in one order; the others are coloured by the tree.
+/// Both name the kinds up to prim in one order; the tree colours the others.
 static_assert(static_cast<int>(Shading::prim) == static_cast<int>(LitKind::kPrim));
-
-LitKind kind_of(Shading shading) {
-    if (shading < Shading::plain || shading > Shading::sah) {
-        throw_bad_argument(
-            "View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
-    }
-    return shading > Shading::prim ? LitKind::kPlain : static_cast<LitKind>(shading);
-}
-
-std::uint32_t checked_side(std::uint32_t samples) {
-    const std::uint32_t side = sample_side(samples);
-    if (side * side != samples) {
-        throw_bad_argument("View::samples: {}, which is not one of 1, 4, 16 and 64", samples);
-    }
-    return side;
-}
 
 mray::vec3 unit_vector(const Point& p) {
     const double length = std::hypot(p[0], p[1], p[2]);
@@ -69,9 +51,7 @@ void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image
     image.lit_pixels.clear();
 }
 
-// ---- Rays that the samples of a lit image are given after it was traced
-
-// Rays in a batch: 8 MiB of them.
+// Rays in a batch: 8 MiB.
 constexpr std::size_t kMostRays = std::size_t{1} << 18;
 
 struct SampleBatch {
@@ -96,8 +76,8 @@ public:
         if (scene.meshes().has_alpha_test()) textures_ = scene.meshes().textures();
     }
 
-    /// Calls ask(y, batch) for each row of samples, in many threads, which adds up to `most` rays a
-    /// sample, and answer(batch) with the rays of some rows at a time, from the top down.
+    /// Calls ask(y, batch), which adds up to `most` rays a sample, for each row in many threads,
+    /// and answer(batch) with the rays of some rows at a time, from the top down.
     template <class Ask, class Answer>
     void in_rows(std::size_t most, const Ask& ask, const Answer& answer) {
         const auto band = static_cast<std::uint32_t>(
@@ -162,7 +142,7 @@ public:
 
     /// Replaces each hit of a ray that is in a hole by the next one of its ray that is not.
     void follow(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) {
-        // Rays that a thread takes at once. A device takes one call at a time.
+        // Rays of a call. A device answers one call at a time.
         const std::size_t grain =
             scene_.tracer().info().answers_threads ? 256 : std::max<std::size_t>(hits.size(), 1);
         using Range = tbb::blocked_range<std::size_t>;
@@ -230,14 +210,13 @@ std::optional<mray::Surface> surface_above(const mray::cpu::LitSamples& samples,
                                 normals[2], hit.u, hit.v);
 }
 
-/// Makes of an image without holes that of a trace through them. A hit in a hole is followed by the
-/// next hit of its ray: camera rays first, then shadow rays and rays of the sky. Returns the number
-/// of rays.
+/// Replaces each hit in a hole by the next hit of its ray: camera rays first, then shadow rays and
+/// rays of the sky. Returns the number of rays.
 std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, TracedImage& image) {
     const mray::ImageParams& params = image.params;
     const std::span<mray::Hit> hits = image.samples.hits;
     SampleRays rays(scene, watch, params);
-    /// For each sample, whether its camera ray passed a hole.
+    // Whether the camera ray of a sample passed a hole.
     std::vector<std::uint8_t> is_changed(hits.size());
     const auto follow_hole = [&](std::uint32_t x, std::uint32_t y, std::size_t sample,
                                  SampleBatch& batch) {
@@ -252,7 +231,7 @@ std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, Trace
             is_changed[batch.samples[i]] = 1;
         }
     });
-    // A sample without occluded rays and without a change of its surface has none.
+    // Holes change nothing for a sample without occluded rays whose surface is the same.
     const auto count_again = [&](std::span<std::uint32_t> occluded, std::size_t most,
                                  const auto& add_rays) {
         const auto ask = [&](std::uint32_t x, std::uint32_t y, std::size_t sample,
@@ -269,11 +248,10 @@ std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, Trace
     count_again(shadows, 1,
                 [&](const mray::Surface& surface, std::uint32_t, std::uint32_t, std::size_t sample,
                     SampleBatch& batch) {
-                    if (mray::faces_light(surface, params.light)) {
+                    if (mray::faces_light(surface, params.light))
                         batch.add(mray::shadow_ray(surface, params.light), sample);
-                    } else {
+                    else
                         shadows[sample] = 1;
-                    }
                 });
     if (image.has_sky) {
         count_again(image.sky.occlusion, params.ao_count,
@@ -286,11 +264,10 @@ std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, Trace
     return rays.ray_count();
 }
 
-/// Takes from an image of shadow rays those shadows that only the flatness of triangles makes. A
-/// sample in shadow whose smooth normal faces the light is traced again from the smooth surface
-/// above it (smooth_surface() of common/interop/lit.h). It is in the light if nothing lies between
-/// the light and that point, nor between that point and the triangle. `shadows` are those of
-/// `samples`, which have normal_ids. Returns the number of rays.
+/// Removes shadows that only the flatness of triangles makes. A sample in shadow whose smooth
+/// normal faces the light is traced again from the smooth surface above it (smooth_surface() of
+/// common/interop/lit.h). It is in the light if nothing lies between the light and that point, nor
+/// between that point and the triangle. `samples` have normal_ids. Returns the number of rays.
 std::uint64_t light_smooth_surfaces(SceneImpl& scene, const mray::Watch& watch,
                                     const mray::cpu::LitSamples& samples,
                                     std::span<std::uint32_t> shadows) {
@@ -332,8 +309,6 @@ std::uint64_t light_smooth_surfaces(SceneImpl& scene, const mray::Watch& watch,
     return rays.ray_count();
 }
 
-// ---- Lit images and false colours
-
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
 void colour_by_tree(SceneImpl& scene, Shading shading, const mray::Watch& watch,
                     TracedImage& image) {
@@ -368,16 +343,21 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     const MeshList& meshes = scene.meshes();
     const PoseReader& pose = scene.pose();
     mray::Backend& backend = scene.tracer();
-    const LitKind kind = kind_of(view.shading);
+    if (view.shading < Shading::plain || view.shading > Shading::sah)
+        throw_bad_argument(
+            "View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
+    const bool is_of_tree = view.shading > Shading::prim;
+    const LitKind kind = is_of_tree ? LitKind::kPlain : static_cast<LitKind>(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
-    const std::uint32_t side = checked_side(view.samples);
+    const std::uint32_t side = sample_side(view.samples);
+    if (side * side != view.samples)
+        throw_bad_argument("View::samples: {}, which is not one of 1, 4, 16 and 64", view.samples);
     mray::ViewSpec spec = engine::to_spec(view, scene.options().origin);
     // More than this is refused.
     constexpr std::uint32_t kMostPixels = 1u << 20;
     spec.width = std::min(view.width, kMostPixels) * side;
     spec.height = std::min(view.height, kMostPixels) * side;
-    const bool is_heat = view.shading == Shading::steps || view.shading == Shading::sah;
     if (view.shading != Shading::plain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
     if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
 
@@ -409,7 +389,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     if (is_lit && meshes.has_alpha_test())
         image.ray_count += apply_alpha_test(scene, watch, traced);
     const mray::VertexNormals* const normals = has_smooth ? &scene.normals() : nullptr;
-    if (is_heat) colour_by_tree(scene, view.shading, watch, traced);
+    if (is_of_tree) colour_by_tree(scene, view.shading, watch, traced);
     const mray::ResolvedView seen = mray::resolve_view(spec, pose.bounds());
     const mray::DepthRange depths = mray::depth_range(seen.eye, seen.target, pose.bounds());
     const mray::cpu::LitSamples samples{
@@ -430,18 +410,17 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
         .ao_count = traced.has_sky ? view.ao_count : 0,
         .colours = traced.samples.pixels};
     if (is_lit) {
-        if (has_smooth) {
+        if (has_smooth)
             image.ray_count +=
                 light_smooth_surfaces(scene, watch, samples, traced.samples.occlusion);
-        }
         image.trace_ms += stopwatch.ms();
         stopwatch = mray::Stopwatch();
     }
     image.pixels.resize(std::size_t{view.width} * view.height);
     static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
     image.lit_pixels.resize(is_lit && view.lit_pixels ? image.pixels.size() : 0);
-    // Rows of samples in a band: those that it shares with its neighbours are a small part of it.
     const mray::cpu::LitShader shader(scene.target());
+    // Rows of samples in a band, of which few are shared with its neighbours.
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / side;
     const std::uint32_t bands = (view.height + band - 1) / band;
@@ -462,10 +441,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     image.trace_ms += image.shade_ms;
 }
 
-// ---- The image of the caller
-
-/// Fills hits, occlusion and both hashes of an image whose pixels are there; without hits as
-/// View::hits says. Throws Error(kCancelled) between rows.
+/// Fills hits, occlusion and both hashes of an image whose pixels are there.
 void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray::Watch& watch,
                Image& image) {
     mray::Frame& frame = traced.samples;
@@ -509,7 +485,7 @@ void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray
 }  // namespace
 
 void render(SceneImpl& scene, const View& view, Image& image) {
-    TracedImage traced = scene.image_memory().take();
+    TracedImage traced = scene.image_memory.take();
     const mray::Watch watch(view.cancel, view.progress);
     {
         const std::scoped_lock lock(scene.mutex());
@@ -524,8 +500,8 @@ void render(SceneImpl& scene, const View& view, Image& image) {
     image.width = view.width;
     image.height = view.height;
     image.samples = view.samples;
-    scene.cost().add(image.trace_ms, image.ray_count);
-    scene.image_memory().give_back(std::move(traced));
+    scene.cost.add(image.trace_ms, image.ray_count);
+    scene.image_memory.give_back(std::move(traced));
 }
 
 }  // namespace morphray::detail

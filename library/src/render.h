@@ -1,5 +1,4 @@
-// Images: traced by the backend; lit ones, and those of several samples a pixel, are shaded on the
-// CPU for all backends.
+// Images: the backend traces them; the CPU shades lit ones, and those of several samples a pixel.
 #pragma once
 
 #include <mutex>

@@ -1,23 +1,17 @@
 #include "morphray/scene.hpp"
 
-#include <fmt/format.h>
-
 #include <glm/common.hpp>
 
 #include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
-#include "common/frame_times.h"
 #include "common/scene/camera_setup.h"
-#include "common/scene/mesh.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
 namespace detail {
 namespace {
 
-/// Throws Error(bad_argument) for an origin or bounds out of range.
 void check_bounds(const SceneOptions& options) {
-    // Positions are floats.
     constexpr double kMost = std::numeric_limits<float>::max();
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double origin = options.origin[axis];
@@ -32,7 +26,6 @@ void check_bounds(const SceneOptions& options) {
     }
 }
 
-/// Throws Error(bad_argument) for a budget or a number of poses out of range.
 mray::PolicySpec spec_of(const UpdatePolicy& policy) {
     if (std::holds_alternative<Refit>(policy)) return {mray::PolicyKind::kRefit};
     if (std::holds_alternative<Rebuild>(policy)) return {mray::PolicyKind::kRebuild};
@@ -56,34 +49,6 @@ const SceneOptions& checked(const SceneOptions& options) {
     check_bounds(options);
     spec_of(options.update);
     return options;
-}
-
-mray::UpdateConfig config_of(const SceneOptions& options) {
-    mray::UpdateConfig config{.record_cost_ratio = options.record_cost_ratio};
-    if (const auto* const automatic = std::get_if<Auto>(&options.update)) {
-        config.deterministic = automatic->deterministic;
-        config.budget = automatic->budget;
-        config.budget_ms = automatic->budget_ms;
-    }
-    return config;
-}
-
-/// At 0 the box around everything, at 1 those of the root's children, and so on, without empty
-/// ones. Leaves above the depth are left out; there is nothing below the tree.
-std::vector<mray::Box> boxes_at_depth(const mray::Bvh& tree, std::uint32_t depth) {
-    if (depth > tree.depth()) return {};
-    const mray::Box root = mray::node_box(tree.nodes.front());
-    std::vector<mray::Box> boxes;
-    if (depth == 0 && !root.empty()) boxes.push_back(root);
-    if (depth == 0) return boxes;
-    // The slots of a level hold the boxes of the next one.
-    for (std::uint32_t i = tree.level_begin[depth - 1]; i < tree.level_begin[depth]; ++i) {
-        for (std::uint32_t slot = 0; slot < mray::kWidth; ++slot) {
-            const mray::Box box = mray::slot_box(tree.nodes[i], slot);
-            if (!box.empty()) boxes.push_back(box);
-        }
-    }
-    return boxes;
 }
 
 }  // namespace
@@ -119,19 +84,22 @@ void SceneImpl::start(const mray::Bvh* tree) {
     took_pose();
     const mray::BuildConfig build{.threads = DeviceImpl::of(device_).threads(),
                                   .watch = mray::Watch(options_.cancel)};
+    mray::UpdateConfig config{.record_cost_ratio = options_.record_cost_ratio};
+    if (const auto* const automatic = std::get_if<Auto>(&options_.update)) {
+        config.deterministic = automatic->deterministic;
+        config.budget = automatic->budget;
+        config.budget_ms = automatic->budget_ms;
+    }
     updater_ = std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
-                                                   spec_of(options_.update), build,
-                                                   config_of(options_), tree);
-    cost_.reset();
+                                                   spec_of(options_.update), build, config, tree);
+    cost.reset();
 }
 
-/// Drops what was made of the pose before.
 void SceneImpl::took_pose() {
     space_.emplace(pose_.space(), target());
     has_normals_of_pose_ = false;
 }
 
-/// Reads the positions of the list of meshes, as PoseReader::read_list().
 std::vector<mray::IndexRange> SceneImpl::read_list() {
     const mray::Stopwatch watch;
     std::vector<mray::IndexRange> moved = pose_.read_list(meshes_, arena());
@@ -142,35 +110,21 @@ std::vector<mray::IndexRange> SceneImpl::read_list() {
     return moved;
 }
 
-/// Keeps other changes out.
-class SceneImpl::ChangeScope {
-public:
-    explicit ChangeScope(SceneImpl& scene) : is_changing_(scene.is_changing_) {
-        if (is_changing_.exchange(true)) {
-            throw Error(ErrorCode::busy,
-                        "another thread is changing this scene; update() takes one at a time");
-        }
-        try {
-            scene.require_usable();
-        } catch (...) {
-            is_changing_ = false;
-            throw;
-        }
-    }
-    ~ChangeScope() { is_changing_ = false; }
-    ChangeScope(const ChangeScope&) = delete;
-
-private:
-    std::atomic<bool>& is_changing_;
-};
-
-std::uint32_t SceneImpl::attach(const MeshView& mesh) {
-    const ChangeScope scope(*this);
-    return meshes_.attach(mesh);
+std::unique_lock<std::mutex> SceneImpl::change_lock() {
+    std::unique_lock lock(change_mutex_, std::try_to_lock);
+    if (!lock)
+        throw Error(ErrorCode::busy,
+                    "another thread is changing this scene; update() takes one at a time");
+    require_usable();
+    return lock;
 }
 
+std::uint32_t SceneImpl::attach(const MeshView& mesh) {
+    const auto lock = change_lock();
+    return meshes_.attach(mesh);
+}
 void SceneImpl::detach(std::uint32_t geom_id) {
-    const ChangeScope scope(*this);
+    const auto lock = change_lock();
     meshes_.detach(geom_id);
 }
 
@@ -189,7 +143,7 @@ Update SceneImpl::run_update(Work work) {
 }
 
 Update SceneImpl::update_all(bool takes_bounds) {
-    const ChangeScope scope(*this);
+    const auto lock = change_lock();
     return run_update([&] {
         if (takes_bounds) pose_.forget_bounds();
         if (meshes_.has_changes()) return change_meshes();
@@ -207,32 +161,29 @@ std::vector<MeshVertices> SceneImpl::deforming_vertices() const {
 const MeshSlot& SceneImpl::mesh_to_update(std::uint32_t geom_id) const {
     const MeshSlot* const mesh = meshes_.find(geom_id);
     if (mesh == nullptr) throw_bad_argument("the scene has no mesh with geom_id {}", geom_id);
-    if (meshes_.has_changes()) {
+    if (meshes_.has_changes())
         throw_bad_argument(
             "meshes have been attached or detached; call update() without a mesh first");
-    }
     return *mesh;
 }
 
 Update SceneImpl::update_mesh(std::uint32_t geom_id, std::size_t first, std::size_t count) {
-    const ChangeScope scope(*this);
+    const auto lock = change_lock();
     const MeshSlot& mesh = mesh_to_update(geom_id);
     const std::size_t all = mesh.positions.count;
-    if (first > all || count > all - first) {
+    if (first > all || count > all - first)
         throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count, first,
                            all);
-    }
     return run_update([&] { follow(std::vector<MeshVertices>{{&mesh, first, count}}); });
 }
 
 Update SceneImpl::update_mesh(std::uint32_t geom_id, const Positions& positions) {
-    const ChangeScope scope(*this);
+    const auto lock = change_lock();
     const MeshSlot& mesh = mesh_to_update(geom_id);
     meshes_.set_positions(geom_id, positions);
     return run_update([&] { follow(std::vector<MeshVertices>{{&mesh, 0, positions.count}}); });
 }
 
-/// Makes the changes of the list of meshes, and brings the tree to them.
 void SceneImpl::change_meshes() {
     updater_->end_background_build();
     const mray::TopologyChange change = meshes_.make_changes();
@@ -241,13 +192,12 @@ void SceneImpl::change_meshes() {
     if (pose_.space() == space_before &&
         updater_->change_topology(pose_.positions(), change, moved)) {
         took_pose();
-        cost_.reset();
+        cost.reset();
     } else {
         start(nullptr);
     }
 }
 
-/// Reads these vertices again; the tree stays as it is.
 std::vector<mray::IndexRange> SceneImpl::read(std::span<const MeshVertices> vertices) {
     const mray::Stopwatch watch;
     std::vector<mray::IndexRange> changed = pose_.read(meshes_, vertices, arena());
@@ -257,11 +207,10 @@ std::vector<mray::IndexRange> SceneImpl::read(std::span<const MeshVertices> vert
     return changed;
 }
 
-/// Reads these vertices again, and brings the tree to them.
 void SceneImpl::follow(std::span<const MeshVertices> vertices) {
     const std::vector<mray::IndexRange> changed = read(vertices);
-    updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
-    cost_.reset();
+    updater_->frame_done({.ms = cost.ms(), .rays = cost.rays()});
+    cost.reset();
     updater_->update(pose_.positions(), changed);
 }
 
@@ -307,24 +256,15 @@ const EdgeCounts& SceneImpl::edge_counts() {
 
 }  // namespace detail
 
-using detail::require;
-using detail::SceneImpl;
-using detail::with_public_errors;
-using detail::with_scene;
+using namespace detail;
 
 UpdatePolicy parse_update_policy(const std::string& text) {
     return with_public_errors([&]() -> UpdatePolicy {
         const mray::PolicySpec spec = mray::parse_policy(text);
-        switch (spec.kind) {
-            case mray::PolicyKind::kRefit:
-                return Refit{};
-            case mray::PolicyKind::kRebuild:
-                return Rebuild{};
-            case mray::PolicyKind::kEvery:
-                return Every{spec.period};
-            default:
-                return Auto{};
-        }
+        if (spec.kind == mray::PolicyKind::kRefit) return Refit{};
+        if (spec.kind == mray::PolicyKind::kRebuild) return Rebuild{};
+        if (spec.kind == mray::PolicyKind::kEvery) return Every{spec.period};
+        return Auto{};
     });
 }
 
@@ -356,15 +296,12 @@ Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
 Update Scene::update() {
     return with_public_errors([&] { return require(impl_).update_all(false); });
 }
-
 Update Scene::update_with_new_bounds() {
     return with_public_errors([&] { return require(impl_).update_all(true); });
 }
-
 Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
     return with_public_errors([&] { return require(impl_).update_mesh(geom_id, first, count); });
 }
-
 Update Scene::update(std::uint32_t geom_id, const Positions& positions) {
     return with_public_errors([&] { return require(impl_).update_mesh(geom_id, positions); });
 }
@@ -372,7 +309,6 @@ Update Scene::update(std::uint32_t geom_id, const Positions& positions) {
 std::uint32_t Scene::attach(const MeshView& mesh) {
     return with_public_errors([&] { return require(impl_).attach(mesh); });
 }
-
 void Scene::detach(std::uint32_t geom_id) {
     with_public_errors([&] { require(impl_).detach(geom_id); });
 }
@@ -389,11 +325,9 @@ Image Scene::render(const View& view) const {
     render(view, image);
     return image;
 }
-
 void Scene::render(const View& view, Image& image) const {
     with_scene(impl_, [&](SceneImpl& scene) { detail::render(scene, view, image); });
 }
-
 TreeStatistics Scene::tree_statistics() const {
     return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
         const std::scoped_lock lock(scene.mutex());
@@ -407,14 +341,21 @@ TreeStatistics Scene::tree_statistics() const {
 std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex());
+        const mray::Bvh& tree = scene.tracer().host_tree();
         std::vector<Box> boxes;
-        for (const mray::Box& box : detail::boxes_at_depth(scene.tracer().host_tree(), depth)) {
-            const auto corner = [&](const mray::vec3& p) {
-                const glm::dvec3 world(scene.pose().space().to_world(p));
-                return mray::to_point(scene.pose().origin().from_world(world));
-            };
-            boxes.push_back({corner(box.lower), corner(box.upper)});
-        }
+        const auto corner = [&](const mray::vec3& p) {
+            const glm::dvec3 world(scene.pose().space().to_world(p));
+            return mray::to_point(scene.pose().origin().from_world(world));
+        };
+        const auto add = [&](const mray::Box& box) {
+            if (!box.empty()) boxes.push_back({corner(box.lower), corner(box.upper)});
+        };
+        if (depth == 0) add(mray::node_box(tree.nodes.front()));
+        if (depth == 0 || depth > tree.depth()) return boxes;
+        // The slots of a level hold the boxes of the next one.
+        for (std::uint32_t i = tree.level_begin[depth - 1]; i < tree.level_begin[depth]; ++i)
+            for (std::uint32_t slot = 0; slot < mray::kWidth; ++slot)
+                add(mray::slot_box(tree.nodes[i], slot));
         return boxes;
     });
 }
@@ -423,7 +364,7 @@ Box Scene::bounds() const {
     return with_scene(impl_, [](SceneImpl& scene) {
         glm::dvec3 lower(std::numeric_limits<double>::infinity());
         glm::dvec3 upper = -lower;
-        const detail::PoseReader& pose = scene.pose();
+        const PoseReader& pose = scene.pose();
         for (std::uint32_t vertex = 0; vertex < pose.positions().size(); ++vertex) {
             if (pose.positions()[vertex].x == mray::kInvalidCoordinate) continue;
             const glm::dvec3 p = pose.origin().from_world(glm::dvec3(pose.world_position(vertex)));
@@ -442,14 +383,12 @@ EdgeCounts Scene::edge_counts() const {
 }
 
 const Device& Scene::device() const { return require(impl_).device(); }
-
 const Point& Scene::origin() const { return require(impl_).options().origin; }
 
 Vec3 Scene::less_origin(const Point& point) const {
     const mray::vec3 p = require(impl_).pose().origin().to_world({point[0], point[1], point[2]});
     return {p.x, p.y, p.z};
 }
-
 Point Scene::plus_origin(const Vec3& point) const {
     const glm::dvec3 p = require(impl_).pose().origin().from_world({point.x, point.y, point.z});
     return {p.x, p.y, p.z};
@@ -458,7 +397,6 @@ Point Scene::plus_origin(const Vec3& point) const {
 std::uint64_t Scene::triangle_count() const {
     return require(impl_).meshes().topology().triangles.size();
 }
-
 std::uint64_t Scene::vertex_count() const {
     return require(impl_).meshes().topology().vertex_count;
 }

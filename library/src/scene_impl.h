@@ -1,7 +1,6 @@
 // The state of a Scene: meshes, their positions, and a backend with a tree that follows them.
 #pragma once
 
-#include "common/backend.h"
 #include "common/scene/vertex_normals.h"
 #include "common/update/tree_updater.h"
 #include "library/src/device_impl.h"
@@ -10,25 +9,21 @@
 #include "library/src/ray_space.h"
 #include "library/src/render.h"
 #include "library/src/scene/errors.h"
-#include "library/src/scene/mesh_list.h"
 #include "library/src/scene/pose_reader.h"
-#include "morphray/scene.hpp"
 
 namespace morphray::detail {
 
 class SceneImpl {
 public:
-    /// Reads the meshes and builds a tree over them. Throws Error(bad_argument) for unsuitable
-    /// options.
+    /// Reads the meshes and builds a tree. Throws Error(bad_argument) for unsuitable options.
     SceneImpl(std::span<const MeshView> meshes, const Device& device, const SceneOptions& options);
     /// The meshes of `other` at its pose, with a copy of its tree.
     SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel);
 
     static SceneImpl& of(const Scene& scene) { return *scene.impl_; }
 
-    // Changes. Each throws Error(busy) during another one. Updates bring positions, scene space and
-    // tree to each other; the scene is broken by whatever they throw after their arguments were
-    // checked.
+    // Changes. Each throws Error(busy) during another one. What updates throw after the check of
+    // their arguments breaks the scene.
 
     std::uint32_t attach(const MeshView& mesh);
     void detach(std::uint32_t geom_id);
@@ -48,29 +43,26 @@ public:
     const SceneOptions& options() const { return options_; }
     const MeshList& meshes() const { return meshes_; }
     const PoseReader& pose() const { return pose_; }
-    /// Between world space and the scene space of the pose.
     const RaySpace& space() const { return *space_; }
     const mray::SimdTarget& target() const { return DeviceImpl::of(device_).simd_target(); }
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
-    QueryCost& cost() { return cost_; }
-    SharedRaySorter& sorter() { return sorter_; }
-    ImageMemory& image_memory() { return image_memory_; }
+    QueryCost cost;
+    SharedRaySorter sorter;
+    ImageMemory image_memory;
 
     /// Queries lock it for a tracer that answers no threads, and for the members below.
     std::mutex& mutex() const { return mutex_; }
     mray::Backend& tracer() const { return *tracer_; }
     /// Makes the host's tree one that threads may read without the mutex, which must be free.
     void fetch_tree();
-    /// The last update, with the times that are known by now.
     Update finish_update() { return to_public(updater_->finish()); }
-    /// The normals of vertices at the pose.
     const mray::VertexNormals& normals();
     /// Of the meshes at the pose of the first call.
     const EdgeCounts& edge_counts();
 
 private:
-    class ChangeScope;
-
+    /// Keeps other changes out. Throws Error(busy), and as require_usable().
+    std::unique_lock<std::mutex> change_lock();
     Update to_public(const mray::TreeUpdate& update) const;
     const MeshSlot& mesh_to_update(std::uint32_t geom_id) const;
     template <class Work>
@@ -92,32 +84,28 @@ private:
     std::unique_ptr<mray::TreeUpdater> updater_;
     double read_ms_ = 0;
     std::vector<LeftOut> left_out_;
-    std::atomic<bool> is_changing_ = false;
+    std::mutex change_mutex_;
     /// Why the scene is of no use any more.
     std::optional<Error> broken_;
-    QueryCost cost_;
-    SharedRaySorter sorter_;
-    ImageMemory image_memory_;
-
     mutable std::mutex mutex_;
     std::optional<mray::VertexNormals> normals_;
     bool has_normals_of_pose_ = false;
     std::optional<EdgeCounts> edge_counts_;
 };
 
-/// Throws Error if the Scene has been moved from.
+/// Throws Error for a scene that has been moved from.
 inline SceneImpl& require(const std::unique_ptr<SceneImpl>& impl) {
     if (impl == nullptr) throw_bad_argument("this scene has been moved from");
     return *impl;
 }
 
-/// Throws Error unless there is room for as many answers.
+/// Throws Error unless there is one answer for each question.
 inline void require_room(std::size_t questions, const char* what, std::size_t answers) {
     if (questions == answers) return;
     throw_bad_argument("{} {}, but room for {} answers", questions, what, answers);
 }
 
-/// Calls work(scene) for a scene that can be used; whatever goes wrong comes out as a public Error.
+/// Calls work(scene) for a scene that can be used; whatever it throws comes out as a public Error.
 template <class Work>
 decltype(auto) with_scene(const std::unique_ptr<SceneImpl>& impl, Work work) {
     return with_public_errors([&]() -> decltype(auto) {

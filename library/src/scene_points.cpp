@@ -1,6 +1,4 @@
 // The members of Scene that answer queries about points.
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "common/base/errors.h"
@@ -13,22 +11,15 @@
 namespace morphray {
 namespace {
 
-using detail::for_runs_of;
-using detail::PointOrder;
-using detail::query_on_host;
-using detail::query_tracer;
-using detail::require_room;
-using detail::SceneImpl;
-using detail::throw_bad_argument;
-using detail::with_scene;
+using namespace detail;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Points that are converted and ordered together, which cannot be cancelled.
 constexpr std::size_t kMostPoints = std::size_t{1} << 20;
-// Points up to this number are asked about in the order given.
+// Up to this number points are answered in the order given.
 constexpr std::size_t kFewPoints = 64;
-// Signed distances up to this part of the size of scene and point are those of exact places: more
-// than 2^-16 of the distance of any corner, and the rule's excess.
+// Signed distances up to this part of the size of scene and point are exact: more than 2^-16 of the
+// distance of any corner, and the rule's excess.
 constexpr double kNearPart = 0x1p-14;
 
 /// The crossings of a half-line from a point.
@@ -59,11 +50,6 @@ struct PlacedTriangle {
     Feature feature;
 };
 
-/// By the number of corners that have no part in the place.
-Feature feature_of(int zeros) {
-    return zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex;
-}
-
 /// At most the largest float, and 0 for 0 alone.
 float in_floats(double distance) {
     using Limits = std::numeric_limits<float>;
@@ -76,7 +62,7 @@ double largest_of(const mray::dvec3& p) {
 }
 
 /// Whether tracers find the closest triangle of a point.
-bool is_within(const mray::dvec3& p) { return largest_of(p) <= detail::kMostPoint; }
+bool is_within(const mray::dvec3& p) { return largest_of(p) <= kMostPoint; }
 
 /// Points in scene space; those that are not finite have is_finite 0 and some place.
 struct ScenePoints {
@@ -85,11 +71,10 @@ struct ScenePoints {
     /// Before they were rounded, or brought nearer.
     std::vector<mray::dvec3> exact;
     std::vector<std::uint8_t> is_finite;
-    /// The order to ask in; empty for the one given.
+    /// The order of the queries; empty for the one given.
     std::vector<std::uint32_t> order;
 
-    ScenePoints(const detail::RaySpace& space, std::span<const Vec3> asked, PointOrder by)
-        : world(asked) {
+    ScenePoints(const RaySpace& space, std::span<const Vec3> asked, PointOrder by) : world(asked) {
         points.resize(world.size(), mray::vec3(0, 0, 0));
         exact.resize(world.size(), mray::dvec3(0, 0, 0));
         is_finite.resize(world.size());
@@ -101,7 +86,7 @@ struct ScenePoints {
         sort(by);
     }
     void sort(PointOrder by) {
-        if (points.size() > kFewPoints) order = detail::order_points(points, by);
+        if (points.size() > kFewPoints) order = order_points(points, by);
     }
 };
 
@@ -172,10 +157,8 @@ void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& optio
 /// At least the squares of distances by the rule, in scene space, of triangles that are no farther
 /// than max_distance. Throws Error for a max_distance that is negative or NaN.
 float most_d2(const SceneImpl& scene, float max_distance) {
-    if (!(max_distance >= 0))
-        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
-    // The next float, because distances are rounded, by up to a half of them if they are denormals;
-    // and a little more than its square.
+    if (!(max_distance >= 0)) throw_bad_argument("max_distance: {} is not 0 or more", max_distance);
+    // The next float, because distances are rounded; then a little more than its square.
     const double exact =
         scene.pose().space().length_to_scene(std::nextafter(max_distance, kInfinity));
     // The largest coordinate of a corner relative to a point so near; the point's own is smaller.
@@ -184,8 +167,7 @@ float most_d2(const SceneImpl& scene, float max_distance) {
     return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
 }
 
-/// The exactly closest triangle, with kNoPrim if there is none. `rivals` has all that it may be if
-/// p is within.
+/// The exactly closest triangle, or kNoPrim. If p is within, it is one of `rivals`.
 mray::NumberedTriangle closest_triangle(const mray::Bvh& tree, const mray::dvec3& p,
                                         std::span<const mray::NumberedTriangle> rivals) {
     if (!is_within(p)) return mray::exact_closest(tree, p);
@@ -205,20 +187,21 @@ PlacedTriangle place_on(const SceneImpl& scene, const mray::NumberedTriangle& tr
                    : mray::exact_distance_of(mray::dvec3(to_vector(world)),
                                              world_corners(scene, triangle.prim_id));
     const auto& [first, second, third] = place.weights;
-    PlacedTriangle placed{
-        .prim_id = triangle.prim_id,
-        .point = place.point,
-        .distance = in_floats(distance),
-        .u = static_cast<float>(second),
-        .v = static_cast<float>(third),
-        .feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)))};
+    const auto zeros = std::ranges::count(place.weights, 0.0);
+    PlacedTriangle placed{.prim_id = triangle.prim_id,
+                          .point = place.point,
+                          .distance = in_floats(distance),
+                          .u = static_cast<float>(second),
+                          .v = static_cast<float>(third),
+                          .feature = zeros == 0   ? Feature::face
+                                     : zeros == 1 ? Feature::edge
+                                                  : Feature::vertex};
     // On an edge without the first corner their sum is 1 in floats, too.
     if (first == 0) (second < third ? placed.v : placed.u) = 1.0f - std::min(placed.u, placed.v);
     return placed;
 }
 
-/// Finds the exactly closest triangles of `run`, the points index(i), and the places on them. None
-/// is farther than most_d2 allows.
+/// Finds the exactly closest triangles of the points index(i), and the places on them.
 template <class Index>
 void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
                  Index index, float most_d2, const mray::Watch& watch,
@@ -232,7 +215,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
     } else {
         mray::cpu::TreeQueries(tree, scene.target())(query);
     }
-    // Together: each would be waited for in the loop below.
+    // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
     std::size_t first = 0;
@@ -246,8 +229,8 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
     }
 }
 
-/// Finds the distances of the closest triangles of `run`; infinite if there is none. Those near a
-/// surface and far away are the distances of places, the others those of the rule, which is faster.
+/// Finds the distances of the closest triangles of `run`; infinite if there is none. Near a surface
+/// and far away they are those of exact places, else those of the rule, which is faster.
 template <class Index>
 void find_distances(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
                     Index index, float most_d2, const mray::Watch& watch,
@@ -355,10 +338,8 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
         const mray::Watch watch(options.cancel);
         for_blocks(points, distances, options, [&](auto part, auto answers) {
             ScenePoints asked(scene.space(), part, PointOrder::places);
-            for (std::size_t i = 0; i < part.size(); ++i) {
-                answers[i] =
-                    asked.is_finite[i] != 0 ? kInfinity : std::numeric_limits<float>::quiet_NaN();
-            }
+            for (std::size_t i = 0; i < part.size(); ++i)
+                answers[i] = asked.is_finite[i] != 0 ? kInfinity : std::nanf("");
             const auto find = [&](auto run, auto found, auto index) {
                 find_distances(scene, asked, run, index, most, watch, found);
             };
@@ -370,11 +351,7 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
             });
             asked.sort(PointOrder::columns);
             wind(scene, asked, options, [&](std::size_t i, const PointWinding& winding) {
-                if (winding.is_on_surface) {
-                    answers[i] = 0;
-                } else if (winding.is_inside(rule)) {
-                    answers[i] = -answers[i];
-                }
+                if (winding.is_inside(rule)) answers[i] = winding.is_on_surface ? 0 : -answers[i];
             });
         });
     });

@@ -1,6 +1,4 @@
 // The members of Scene that trace rays, and the normals of hits.
-#include <fmt/format.h>
-
 #include <cmath>
 #include <numeric>
 
@@ -15,26 +13,13 @@
 namespace morphray {
 namespace {
 
-using detail::for_each_index;
-using detail::for_each_run;
-using detail::for_ordered_batches;
-using detail::for_runs_of;
-using detail::kRun;
-using detail::query_tracer;
-using detail::RaySorter;
-using detail::RaySpace;
-using detail::require_room;
-using detail::SceneImpl;
-using detail::throw_bad_argument;
-using detail::with_scene;
+using namespace detail;
 
-// ---- Closest hits and occlusion of rays that see everything
-
-// Answers of a tile are prefetched this many rows ahead: processors do not foresee new rows.
+// Answers of a tile are prefetched this many rows ahead, since processors do not do that.
 constexpr std::size_t kRowsAhead = 2;
 // Rays that are gathered are prefetched this many ahead.
 constexpr std::size_t kRaysAhead = 16;
-// Rays that are handed to a device together. A submission cannot be interrupted.
+// Rays of a submission to a device, which cannot be interrupted.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
 // Rows of fewer rays are not traced as an image.
 constexpr std::size_t kLeastWidth = 8;
@@ -71,7 +56,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
                 std::size_t row, std::size_t width, std::size_t height) {
     mray::Ray first;
     const std::optional<int> t_exponent = scene.space().to_scene(rays.front(), first);
-    if (!t_exponent || detail::is_far(*t_exponent)) return false;
+    if (!t_exponent || is_far(*t_exponent)) return false;
     alignas(64) std::array<mray::Hit, mray::kStoredTileSide * mray::kStoredTileSide> found;
     const mray::StoredRayTile tile{reinterpret_cast<const mray::StoredRay*>(rays.data()), row,
                                    static_cast<std::uint32_t>(width),
@@ -185,7 +170,7 @@ public:
         {
             const std::scoped_lock lock(scene_.mutex());
             scene_.tracer().trace({rays_, hits_});
-            scene_.cost().add(scene_.tracer().finish().trace_ms, size);
+            scene_.cost.add(scene_.tracer().finish().trace_ms, size);
         }
         for_runs([&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i) {
@@ -221,15 +206,15 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
                                  answers.subspan(first, batch.size()));
                 }
             };
-            for_runs_of(0, batch.size(), watch, trace_run, kDeviceBatch, detail::kLeastDeviceRun);
+            for_runs_of(0, batch.size(), watch, trace_run, kDeviceBatch, kLeastDeviceRun);
         };
         for_ordered_batches(scene, rays, sorts, kDeviceBatch, &scene.arena(), watch, trace_batch);
         watch.throw_if_cancelled();
         return;
     }
-    const bool is_alone = options.threads == Threads::calling || rays.size() <= detail::kFewRays;
+    const bool is_alone = options.threads == Threads::calling || rays.size() <= kFewRays;
     mray::ThreadArena* const arena = is_alone ? nullptr : &scene.arena();
-    scene.cost().measure(rays.size(), [&] {
+    scene.cost.measure(rays.size(), [&] {
         std::size_t done = 0;
         if (coherence.kind == Coherence::Kind::image && coherence.width >= kLeastWidth)
             done = trace_image(scene, rays, answers, coherence.width, arena, watch);
@@ -242,8 +227,6 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
         watch.throw_if_cancelled();
     });
 }
-
-// ---- Rays that see some triangles only
 
 /// Rays in scene space, and what their t is multiplied by.
 struct SceneBatch {
@@ -267,7 +250,7 @@ struct SceneBatch {
 class RayFilter {
 public:
     /// Throws Error for a wrong number of flags or of excluded triangles.
-    RayFilter(const detail::MeshList& meshes, std::size_t rays, const QueryOptions& options)
+    RayFilter(const MeshList& meshes, std::size_t rays, const QueryOptions& options)
         : meshes_(meshes), options_(options) {
         if (options.excluded && options.excluded->size() != rays)
             throw_bad_argument("excluded: {} for {} rays", options.excluded->size(), rays);
@@ -283,7 +266,7 @@ public:
     mray::Watch watch() const { return mray::Watch(options_.cancel); }
     bool sees_all() const { return !options_.visible && !options_.excluded; }
     bool sees(std::size_t ray, std::uint32_t prim_id) const {
-        return sees(ray, meshes_.locate(0, 0, 0, prim_id));
+        return sees_all() || sees(ray, meshes_.locate(0, 0, 0, prim_id));
     }
     bool sees(std::size_t ray, const Hit& hit) const {
         if (options_.visible && (*options_.visible)[hit.geom_id] == 0) return false;
@@ -291,7 +274,7 @@ public:
     }
 
 private:
-    const detail::MeshList& meshes_;
+    const MeshList& meshes_;
     const QueryOptions& options_;
 };
 
@@ -301,7 +284,7 @@ void pass_unseen(SceneImpl& scene, const RayFilter& filter, std::span<const Ray>
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < rays.size(); ++i)
         if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
-    // A ray has at most one excluded triangle.
+    // A ray excludes at most one triangle.
     const std::uint32_t most = !options.visible ? 2 : std::numeric_limits<std::uint32_t>::max();
     query_tracer(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
         const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
@@ -339,7 +322,7 @@ Answer trace_one(SceneImpl& scene, const Ray& ray) {
         DeviceTrace(scene).trace({&ray, 1}, {}, std::span(&answer, 1));
         return answer;
     }
-    scene.cost().measure(1, [&] {
+    scene.cost.measure(1, [&] {
         mray::Ray in_scene;
         const std::optional<int> t_exponent = scene.space().to_scene(ray, in_scene);
         if (!t_exponent) return;
@@ -354,60 +337,8 @@ Answer trace_one(SceneImpl& scene, const Ray& ray) {
     return answer;
 }
 
-}  // namespace
-
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
-                      const QueryOptions& options) const {
-    with_scene(impl_, [&](SceneImpl& scene) { find_closest(scene, rays, hits, options); });
-}
-
-Hit Scene::intersect(const Ray& ray) const {
-    return with_scene(impl_, [&](SceneImpl& scene) { return trace_one<Hit>(scene, ray); });
-}
-
-Hit Scene::intersect(const Ray& ray, const QueryOptions& options) const {
-    Hit hit;
-    intersect({&ray, 1}, {&hit, 1}, options);
-    return hit;
-}
-
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                     const QueryOptions& options) const {
-    with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(rays.size(), "rays", occluded.size());
-        if (RayFilter(scene.meshes(), rays.size(), options).sees_all()) {
-            trace_all(scene, rays, occluded, options);
-        } else {
-            std::vector<Hit> hits(rays.size());
-            find_closest(scene, rays, hits, options);
-            for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
-        }
-    });
-}
-
-bool Scene::occluded(const Ray& ray) const {
-    return with_scene(impl_,
-                      [&](SceneImpl& scene) { return trace_one<std::uint8_t>(scene, ray) != 0; });
-}
-
-bool Scene::occluded(const Ray& ray, const QueryOptions& options) const {
-    std::uint8_t occluded = 0;
-    this->occluded({&ray, 1}, {&occluded, 1}, options);
-    return occluded != 0;
-}
-
-// ---- All hits
-
-namespace {
-
 mray::Crossing crossing_of(Crossing crossing) {
     return crossing == Crossing::owner ? mray::Crossing::kOwner : mray::Crossing::kEach;
-}
-
-/// Makes of all hits of a ray those of Crossing::once.
-void keep_crossings(const SceneImpl& scene, const mray::Ray& ray, std::vector<mray::Hit>& hits) {
-    mray::keep_one_of_each_crossing(scene.meshes().topology(), scene.pose().positions(),
-                                    scene.meshes().first_prims(), ray, hits);
 }
 
 /// Takes kTouchesBorder from a number of hits; returns whether Crossing::once may count fewer.
@@ -417,7 +348,7 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
     return touches && count > 1 && crossing == Crossing::once;
 }
 
-/// All hits of each ray with triangles that it sees. rays[i] is ray number(i) of the filter.
+/// All hits of each ray with triangles that it sees. rays[i] has number(i) in the filter.
 template <class Number>
 std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
                                               std::span<const mray::Ray> rays, Crossing crossing,
@@ -433,11 +364,11 @@ std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
         std::vector<mray::Hit>& hits = all[i];
         hits.assign(next, next + lists.listed[i]);
         next += lists.listed[i];
-        if (!filter.sees_all()) {
-            std::erase_if(
-                hits, [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
-        }
-        if (take_border_flag(lists.total[i], crossing)) keep_crossings(scene, rays[i], hits);
+        std::erase_if(hits,
+                      [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
+        if (take_border_flag(lists.total[i], crossing))
+            mray::keep_one_of_each_crossing(scene.meshes().topology(), scene.pose().positions(),
+                                            scene.meshes().first_prims(), rays[i], hits);
     }
     return all;
 }
@@ -507,7 +438,7 @@ mray::Hit find_next(const SceneImpl& scene, const mray::Ray& ray, const mray::Hi
         scene.tracer().query(
             mray::NextQuery{{&ray, 1}, {&at, 1}, crossing_of(crossing), {&found, 1}});
         if (found.prim_id == mray::kNoPrim) return found;
-        if (filter.sees_all() || filter.sees(0, found.prim_id)) break;
+        if (filter.sees(0, found.prim_id)) break;
     }
     if (crossing != Crossing::once || !mray::may_touch_border({found.t, found.u, found.v}))
         return found;
@@ -534,14 +465,14 @@ std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total) {
 }
 
 /// t in scene space of a hit of the last one of `passed` triangles by `world`, which is `ray`
-/// there. A power of two gives it exactly, unless t is rounded in world space: where it is a
-/// denormal, or too large for a float, or the ray is far. Then the triangle is asked again.
+/// there. A power of two gives it exactly, unless t is rounded in world space: a denormal, too
+/// large for a float, or of a far ray. Then the triangle is intersected again.
 float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, int t_exponent,
               float world_t, std::uint32_t passed) {
     using Limits = std::numeric_limits<float>;
     const float t = scene.space().to_scene_t(world, world_t, t_exponent);
     const bool is_exact =
-        world_t >= Limits::min() && world_t < Limits::max() && !detail::is_far(t_exponent);
+        world_t >= Limits::min() && world_t < Limits::max() && !is_far(t_exponent);
     if (is_exact || passed == 0) return t;
     const mray::uvec3 corners = scene.meshes().topology().triangles[passed - 1];
     const std::span<const mray::vec3> positions = scene.pose().positions();
@@ -552,7 +483,70 @@ float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, in
     return is_hit && scene.space().to_world_t(world, hit.t, t_exponent) == world_t ? hit.t : t;
 }
 
+/// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
+mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim) {
+    const mray::uvec3 corners = scene.meshes().topology().triangles[prim];
+    const auto at = [&](std::uint32_t corner) {
+        return glm::dvec3(scene.pose().positions()[corner]);
+    };
+    const glm::dvec3 normal =
+        glm::cross(at(corners.y) - at(corners.x), at(corners.z) - at(corners.x));
+    const double length = glm::length(normal);
+    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
+    return mray::vec3(normal / length);
+}
+
+/// The normals of the corners of the triangle, interpolated; `flat` where they are not smooth.
+mray::vec3 smooth_normal_at(const mray::VertexNormals& smooth, std::uint32_t prim, const Hit& hit,
+                            mray::vec3 flat) {
+    const mray::uvec3 ids = smooth.ids()[prim];
+    mray::vec3 corners[3];
+    for (int k = 0; k < 3; ++k) {
+        corners[k] = ids[k] == mray::kFlatCorner
+                         ? flat
+                         : mray::corner_normal(smooth.normals()[ids[k]], flat);
+    }
+    return mray::smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
+}
+
 }  // namespace
+
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                      const QueryOptions& options) const {
+    with_scene(impl_, [&](SceneImpl& scene) { find_closest(scene, rays, hits, options); });
+}
+Hit Scene::intersect(const Ray& ray) const {
+    return with_scene(impl_, [&](SceneImpl& scene) { return trace_one<Hit>(scene, ray); });
+}
+Hit Scene::intersect(const Ray& ray, const QueryOptions& options) const {
+    Hit hit;
+    intersect({&ray, 1}, {&hit, 1}, options);
+    return hit;
+}
+
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                     const QueryOptions& options) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(rays.size(), "rays", occluded.size());
+        if (RayFilter(scene.meshes(), rays.size(), options).sees_all()) {
+            trace_all(scene, rays, occluded, options);
+        } else {
+            std::vector<Hit> hits(rays.size());
+            find_closest(scene, rays, hits, options);
+            for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
+        }
+    });
+}
+
+bool Scene::occluded(const Ray& ray) const {
+    return with_scene(impl_,
+                      [&](SceneImpl& scene) { return trace_one<std::uint8_t>(scene, ray) != 0; });
+}
+bool Scene::occluded(const Ray& ray, const QueryOptions& options) const {
+    std::uint8_t occluded = 0;
+    this->occluded({&ray, 1}, {&occluded, 1}, options);
+    return occluded != 0;
+}
 
 void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
                   const QueryOptions& options) const {
@@ -665,48 +659,15 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
     });
 }
 
-// ---- Normals
-
-namespace {
-
-/// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
-mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim) {
-    const mray::uvec3 corners = scene.meshes().topology().triangles[prim];
-    const auto at = [&](std::uint32_t corner) {
-        return glm::dvec3(scene.pose().positions()[corner]);
-    };
-    const glm::dvec3 normal =
-        glm::cross(at(corners.y) - at(corners.x), at(corners.z) - at(corners.x));
-    const double length = glm::length(normal);
-    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
-    return mray::vec3(normal / length);
-}
-
-/// The normals of the corners of the triangle, interpolated; `flat` where they are not smooth.
-mray::vec3 smooth_normal_at(const mray::VertexNormals& smooth, std::uint32_t prim, const Hit& hit,
-                            mray::vec3 flat) {
-    const mray::uvec3 ids = smooth.ids()[prim];
-    mray::vec3 corners[3];
-    for (int k = 0; k < 3; ++k) {
-        corners[k] = ids[k] == mray::kFlatCorner
-                         ? flat
-                         : mray::corner_normal(smooth.normals()[ids[k]], flat);
-    }
-    return mray::smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
-}
-
-}  // namespace
-
 void Scene::normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         require_room(hits.size(), "hits", normals.size());
-        const detail::MeshList& meshes = scene.meshes();
+        const MeshList& meshes = scene.meshes();
         for (const Hit& hit : hits) {
-            const detail::MeshSlot* const mesh = meshes.find(hit.geom_id);
-            if (hit && (mesh == nullptr || hit.prim_id >= mesh->prim_count)) {
+            const MeshSlot* const mesh = meshes.find(hit.geom_id);
+            if (hit && (mesh == nullptr || hit.prim_id >= mesh->prim_count))
                 throw_bad_argument("hits: there is no triangle {} of a mesh {}", hit.prim_id,
                                    hit.geom_id);
-            }
         }
         const mray::VertexNormals* smooth_normals = nullptr;
         if (smooth && meshes.is_smooth()) {

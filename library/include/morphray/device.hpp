@@ -81,8 +81,7 @@ struct VulkanDeviceInfo {
 /// Throws unavailable: not built in, no Vulkan library, no driver, a broken driver.
 MORPHRAY_API std::vector<VulkanDeviceInfo> vulkan_devices();
 
-/// The result of a device's self-test, which compares hits, shading and refits of a small scene
-/// with the CPU's bits.
+/// The result of a device's self-test: whether hits, shading and refits have the CPU's bits.
 struct DeviceCheck {
     bool passed = false;
     /// One line: device, driver, what is wrong, and what to do. Empty if the test was passed.

@@ -14,7 +14,6 @@ struct Vec3 {
     bool operator==(const Vec3&) const = default;
 };
 
-/// x, y and z.
 using Point = std::array<double, 3>;
 
 /// All points p with lower <= p <= upper on each axis. A box with lower > upper is empty.
@@ -43,7 +42,6 @@ struct Ray {
 inline constexpr std::uint32_t kNoPrim = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kNoGeometry = 0xFFFFFFFFu;
 
-/// A triangle of a mesh, or none.
 struct Primitive {
     std::uint32_t prim_id = kNoPrim;
     std::uint32_t geom_id = kNoGeometry;

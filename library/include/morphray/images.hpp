@@ -39,8 +39,7 @@ struct View {
     Point up = {0, 1, 0};
     /// Vertical, in degrees, between 0 and 180.
     double fov = 45;
-    /// Things lower than 1/46000 of the way to the light cast no shadow, so put a sun some tens of
-    /// scene sizes away.
+    /// Things lower than 1/46000 of the way to the light cast no shadow.
     std::optional<Point> light = {};
     /// In pixels, from 1 to 65536 a side and at most 2^28 in all.
     std::uint32_t width = 1024;
@@ -87,8 +86,7 @@ struct Image {
     /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
     std::vector<std::uint32_t> pixels;
     /// The hit of each camera ray; empty if View::hits is false. t is the depth along the viewing
-    /// direction, in world space. `samples` camera rays a pixel are a square of elements, here and
-    /// in `occlusion`.
+    /// direction, in world space. The samples of a pixel are a square of elements.
     std::vector<Hit> hits;
     /// The occluded shadow and ambient-occlusion rays of each camera ray, with smooth normals as
     /// its colour shows the shadow; empty if View::hits is false.
@@ -125,8 +123,8 @@ class MORPHRAY_API HitsWriter {
 public:
     HitsWriter(std::uint32_t width, std::uint32_t height);
 
-    /// An image with several samples a pixel has the size of its hits. Throws bad_argument for
-    /// another size, and for hits with a geom_id above 0, for which the file has no place; limit.
+    /// The size is that of the hits. Throws bad_argument for another size, and for hits with a
+    /// geom_id above 0, for which the file has no place; limit.
     void add(const Image& image);
     /// Writes the file with the images so far: as a whole, or not at all. Throws output.
     void write(const std::string& file) const;
@@ -171,8 +169,7 @@ struct Comparison {
     bool equal() const { return different == 0; }
 };
 
-/// Traces the rays in both scenes. `keep` limits Comparison::differences. Throws as
-/// Scene::intersect().
+/// Traces the rays in both scenes, as Scene::intersect(). `keep` limits Comparison::differences.
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
                                 std::size_t keep = 10, const QueryOptions& options = {});
 /// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws

@@ -125,9 +125,8 @@ enum class Wrap {
 
 /// An image in the caller's memory for triangles to show.
 struct TextureView {
-    /// width * height texels of the format of Image::pixels, row by row from the top. Channels are
-    /// encoded as in image files: their squares are taken as linear intensities. Alpha is read for
-    /// `alpha_cutoff` alone.
+    /// width * height texels of the format of Image::pixels, row by row from the top. The squares
+    /// of channels are taken as linear intensities. Alpha is read for `alpha_cutoff` alone.
     std::span<const std::uint32_t> texels = {};
     /// 1 to kMaxTextureSide each.
     std::uint32_t width = 0;
@@ -148,8 +147,7 @@ struct Appearance {
     /// more than 37 degrees they stay flat. MeshView::triangles itself makes the whole mesh smooth,
     /// without memory for it. Empty: every triangle is flat.
     std::span<const std::uint32_t> smooth = {};
-    /// In lit images the mesh shows the background, darkened by shadows and occlusion, as the
-    /// ground under a scene does.
+    /// In lit images the mesh shows the background, darkened by shadows and occlusion.
     bool shadow_catcher = false;
     /// For lit images, at most 65536 textures; each triangle shows one, multiplied by its albedo
     /// (white without `albedo`). Copies take a third more memory, for smaller levels.

@@ -93,8 +93,7 @@ struct AllHits {
 enum class FillRule {
     /// Those that are not 0: the union of closed meshes, also of one turned inside out.
     nonzero,
-    /// Those with an odd number of crossings, whichever way triangles are turned. Where two meshes
-    /// overlap is outside.
+    /// Those with an odd number of crossings. Where two meshes overlap is outside.
     odd,
 };
 

@@ -34,8 +34,7 @@ struct Auto {
     /// Counts of triangles and rays decide, not times, so that all runs decide the same.
     bool deterministic = false;
 };
-/// How the tree follows the meshes (Wald, Boulos, Shirley, TOG 26(1), 2007, section 5). Results do
-/// not depend on it.
+/// How the tree follows the meshes (Wald, Boulos, Shirley, TOG 26(1), 2007, section 5).
 using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
 
 /// Reads "refit", "rebuild", "every:K" or "auto". Throws bad_argument, which lists these.
@@ -130,8 +129,7 @@ struct EdgeCounts {
     /// Triangles of which another one has the same places in the opposite direction.
     std::uint64_t twins = 0;
 
-    /// True if inside, winding and the sign of distances are those of a solid. If all triangles are
-    /// twins, the solid has no inside.
+    /// True if inside, winding and the sign of distances are those of a solid.
     bool is_closed() const { return uneven == 0; }
     bool operator==(const EdgeCounts&) const = default;
 };
@@ -180,9 +178,8 @@ public:
     /// Reads `count` positions of one mesh from `first` on, also if it does not deform. Throws
     /// bad_argument if they are not in the mesh.
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    /// Borrows other positions for a mesh from now on, as many as it has, and reads them. Throws
-    /// bad_argument, which changes nothing, for another number of positions, positions without data
-    /// and a stride below 12.
+    /// Borrows other positions for a mesh from now on, and reads them. Throws bad_argument, which
+    /// changes nothing, for another number of positions, no data and a stride below 12.
     Update update(std::uint32_t geom_id, const Positions& positions);
     /// As update(), but first replaces the bounds by those of all positions. Hits then have the
     /// bits of a new scene of these meshes without SceneOptions::bounds.
@@ -199,10 +196,9 @@ public:
     /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
-    /// Finds the closest hits: hits[i] answers rays[i]. Many rays run on all threads of the device,
-    /// few in the calling thread. On a Vulkan device a call is a submission, and so is each hit
-    /// that a ray passes because of the options. Throws bad_argument if sizes differ, device_lost,
-    /// limit and cancelled.
+    /// Finds the closest hits: hits[i] answers rays[i]. Few rays run in the calling thread. On a
+    /// Vulkan device a call is a submission, and so is each hit that a ray passes by the options.
+    /// Throws bad_argument if sizes differ, device_lost, limit and cancelled.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const QueryOptions& options = {}) const;
     Hit intersect(const Ray& ray) const;
@@ -233,9 +229,8 @@ public:
 
     /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
     /// without an area. Corners are counter-clockwise as seen from where the normal points.
-    /// `smooth` interpolates the normals of Appearance::smooth, as lit images do; the first call
-    /// after an update then takes O(triangles). Throws bad_argument if sizes differ or a hit is
-    /// none of this scene.
+    /// `smooth` interpolates the normals of Appearance::smooth, as lit images do, in O(triangles)
+    /// after an update. Throws bad_argument if sizes differ or a hit is none of this scene.
     void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
@@ -269,10 +264,9 @@ public:
                         const QueryOptions& options = {}) const;
     /// The distances from points to the meshes, negative inside by the rule of contains(), 0 on a
     /// triangle. Up to 2^-14 of the scene's size and of the point's distance from its middle they
-    /// are those of closest_points(). Farther ones take less time, and are off by up to 2^-21 of
-    /// the distance of the closest triangle's farthest corner, or by a step of denormals. Infinity,
-    /// negative inside, if nothing is found; NaN for a point that is not finite. Throws as
-    /// closest_points().
+    /// are those of closest_points(). Farther ones are off by up to 2^-21 of the distance of the
+    /// closest triangle's farthest corner, or by a step of denormals. Infinity, negative inside, if
+    /// nothing is found; NaN for a point that is not finite. Throws as closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
                          float max_distance = std::numeric_limits<float>::infinity(),
@@ -282,8 +276,7 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
-    /// The same into `image`, whose memory it uses again. If it throws, `image` is a valid image,
-    /// but of nothing in particular.
+    /// The same into `image`, whose memory it uses again; of nothing in particular if it throws.
     void render(const View& view, Image& image) const;
 
     /// A scene over the same meshes at the current pose, with a copy of this tree on another

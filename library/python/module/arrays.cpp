@@ -1,9 +1,10 @@
 #include "library/python/module/arrays.h"
 
+#include <fmt/format.h>
+
 #include <functional>
 
 #include "library/python/module/module.h"
-#include "morphray/error.hpp"
 
 namespace morphray::python {
 namespace {
@@ -16,8 +17,8 @@ std::string text_of_shape(const py::array& array) { return text_of(array.attr("s
 
 [[noreturn]] void throw_shape(const py::array& array, const std::string& name,
                               const std::string& wanted, const std::string& hint = {}) {
-    throw py::value_error(name + ": a shape of " + wanted + " is needed, not " +
-                          text_of_shape(array) + hint);
+    throw py::value_error(fmt::format("{}: a shape of {} is needed, not {}{}", name, wanted,
+                                      text_of_shape(array), hint));
 }
 
 /// Native byte order and, for structured types, equal names and offsets.
@@ -36,8 +37,7 @@ bool has_dtype(const py::array& array) {
                          text_of(array.dtype().attr("str")) + "; astype() makes a copy");
 }
 
-/// Returns float32 numbers, copied of other numbers. An origin is subtracted in float64 from the
-/// first three on the last axis.
+/// Copies numbers to float32, less an origin in float64 from the first three on the last axis.
 py::array floats_of(const py::array& array, const std::string& name, const Point& origin) {
     // Arrays with fewer columns are refused later.
     const bool is_moved =
@@ -89,10 +89,9 @@ std::vector<std::uint32_t> copy_ids(const py::array& array, const std::string& n
     std::vector<std::uint32_t> ids(static_cast<std::size_t>(packed.size()));
     for (std::size_t i = 0; i < ids.size(); ++i) {
         const bool is_none = may_be_none && from[i] == static_cast<Index>(-1);
-        if (!std::in_range<std::uint32_t>(from[i]) && !is_none) {
-            throw Error(ErrorCode::bad_input, name + ": triangle " + std::to_string(i / columns) +
-                                                  " has " + what + " " + std::to_string(from[i]));
-        }
+        if (!std::in_range<std::uint32_t>(from[i]) && !is_none)
+            throw Error(ErrorCode::bad_input,
+                        fmt::format("{}: triangle {} has {} {}", name, i / columns, what, from[i]));
         ids[i] = static_cast<std::uint32_t>(from[i]);
     }
     return ids;
@@ -138,19 +137,16 @@ bool is_list(const py::object& object) {
     return py::isinstance<py::list>(object) || py::isinstance<py::tuple>(object);
 }
 
-float cutoff_of(const py::handle& number, const std::string& name) {
-    const std::string wanted = name + ": a number from 0 to 1, or a list of one an image,";
-    return value_of<float>(py::reinterpret_borrow<py::object>(number), wanted.c_str());
-}
-
 void set_cutoffs(const py::object& given, const std::string& name,
                  std::vector<TextureView>& views) {
-    if (is_list(given) && py::len(given) != views.size()) {
-        throw py::value_error(name + ": " + std::to_string(py::len(given)) + " for " +
-                              std::to_string(views.size()) + " images");
+    if (is_list(given) && py::len(given) != views.size())
+        throw py::value_error(
+            fmt::format("{}: {} for {} images", name, py::len(given), views.size()));
+    const std::string wanted = name + ": a number from 0 to 1, or a list of one an image,";
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const py::object number = is_list(given) ? given[py::int_(i)] : given;
+        views[i].alpha_cutoff = value_of<float>(number, wanted.c_str());
     }
-    for (std::size_t i = 0; i < views.size(); ++i)
-        views[i].alpha_cutoff = cutoff_of(is_list(given) ? given[py::int_(i)] : given, name);
 }
 
 /// Copies images, one or a list of them, and makes views of them.
@@ -176,9 +172,8 @@ void add_images(const py::object& given, const std::string& name, MeshTextures& 
 py::array array_of(const py::object& object, const std::string& name, py::ssize_t columns) {
     if (Py_TYPE(object.ptr()) == py::detail::npy_api::get().PyArray_Type_) return object;
     const py::module_ numpy = py::module_::import("numpy");
-    if (py::hasattr(object, "mask") && py::cast<bool>(numpy.attr("ma").attr("is_masked")(object))) {
+    if (py::hasattr(object, "mask") && py::cast<bool>(numpy.attr("ma").attr("is_masked")(object)))
         throw py::value_error(name + ": elements of the array are masked; filled() unmasks them");
-    }
     if (py::isinstance<py::array>(object)) return object;
     if (py::hasattr(object, "__dlpack__")) return numpy.attr("from_dlpack")(object);
     if (is_list(object) || py::hasattr(object, "__array__")) {
@@ -199,17 +194,16 @@ Positions positions_of(const py::array& points, const std::string& name) {
                         static_cast<std::size_t>(3 * size), has_doubles};
     if (positions.count == 0) return positions;
     const auto throw_strides = [&](const std::string& what) {
-        throw py::value_error(name + ": " + what + ", but strides are " +
-                              text_of(points.attr("strides")) +
-                              "; numpy.ascontiguousarray() makes a copy");
+        throw py::value_error(
+            fmt::format("{}: {}, but strides are {}; numpy.ascontiguousarray() makes a copy", name,
+                        what, text_of(points.attr("strides"))));
     };
     if (points.strides(1) != size)
         throw_strides("the three numbers of a point must be next to each other");
     if (positions.count == 1) return positions;
-    if (points.strides(0) < 3 * size) {
-        throw_strides("points must follow each other, " + std::to_string(3 * size) +
-                      " bytes apart or more");
-    }
+    if (points.strides(0) < 3 * size)
+        throw_strides(
+            fmt::format("points must follow each other, {} bytes apart or more", 3 * size));
     positions.stride = static_cast<std::size_t>(points.strides(0));
     return positions;
 }
@@ -235,10 +229,9 @@ std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string
 MeshTextures textures_of(const py::object& textures, const std::string& name) {
     MeshTextures result;
     if (textures.is_none()) return result;
-    if (!py::isinstance<py::tuple>(textures)) {
+    if (!py::isinstance<py::tuple>(textures))
         throw py::type_error(name +
                              ": a morphray.Textures or a tuple (images, texcoords) is needed");
-    }
     const py::tuple parts = py::module_::import("morphray")
                                 .attr("Textures")(*py::reinterpret_borrow<py::tuple>(textures));
     add_images(parts[0], name, result);
@@ -253,7 +246,7 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
         if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
         result.ids = ids_of(ids, name + ": ids", 1, "image", true);
     }
-    const Wrap wrap = wrap_named(parts[3]);
+    const Wrap wrap = choice<Wrap>("wrap", parts[3], {"repeat", "clamp"});
     for (TextureView& view : result.views) view.wrap = wrap;
     set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
     return result;
@@ -335,22 +328,19 @@ py::array results_for(const QueryArray& queries, const py::object& out, const py
     if (out.is_none()) return py::array(dtype, queries.shape);
     if (is_list(out)) throw py::type_error("out: a numpy.ndarray is needed, not a list");
     py::array array = array_of(out, "out");
-    if (!has_dtype(array, dtype)) {
-        throw py::type_error("out: dtype " + text_of(dtype) + " is needed, not " +
-                             text_of(array.dtype()));
-    }
-    if (shape_of(array) != queries.shape) {
-        throw py::value_error("out: a shape of " + text_of(py::tuple(py::cast(queries.shape))) +
-                              " is needed, as the " + queries.name + " have, not " +
-                              text_of_shape(array));
-    }
+    if (!has_dtype(array, dtype))
+        throw py::type_error(
+            fmt::format("out: dtype {} is needed, not {}", text_of(dtype), text_of(array.dtype())));
+    if (shape_of(array) != queries.shape)
+        throw py::value_error(fmt::format("out: a shape of {} is needed, as the {} have, not {}",
+                                          text_of(py::tuple(py::cast(queries.shape))), queries.name,
+                                          text_of_shape(array)));
     if (!array.writeable()) throw py::value_error("out: the array is read-only");
     // That of the bools, the numbers of 8 bytes, or the 4-byte numbers in fields.
     const std::size_t alignment = dtype.itemsize() == 1 ? 1 : dtype.itemsize() == 8 ? 8 : 4;
-    if (!is_contiguous(array) || !is_aligned(array, alignment)) {
-        throw py::value_error("out: the array must be C-contiguous and aligned to " +
-                              std::to_string(alignment) + " bytes");
-    }
+    if (!is_contiguous(array) || !is_aligned(array, alignment))
+        throw py::value_error(
+            fmt::format("out: the array must be C-contiguous and aligned to {} bytes", alignment));
     const auto* const begin = static_cast<const char*>(array.data());
     const auto* const first = reinterpret_cast<const char*>(queries.data);
     const std::size_t size = queries.count * queries.columns * sizeof(float);

@@ -7,7 +7,6 @@
 #include <optional>
 #include <vector>
 
-#include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 
 namespace morphray::python {
@@ -21,13 +20,12 @@ const py::dtype& closest_dtype();
 /// closest_dtype() with a float64 `point`, for scenes with an origin.
 const py::dtype& far_closest_dtype();
 
-/// numpy.ndarray, what has __dlpack__ as a view, what has __array__, a list or tuple as a new
-/// array. An empty list has the shape (0, columns), unless they are 0. Throws TypeError, and
-/// ValueError for masked elements.
+/// An array, a view of what has __dlpack__, or a new array of what has __array__, a list or a
+/// tuple; an empty one has the shape (0, columns). Throws TypeError; ValueError for masked
+/// elements.
 py::array array_of(const py::object& object, const std::string& name, py::ssize_t columns = 0);
 
-/// An array of shape (V, 3) of float32 or float64. Throws TypeError for another dtype, and
-/// ValueError for a shape or strides that do not fit.
+/// An array of shape (V, 3) of float32 or float64. Throws TypeError, ValueError.
 Positions positions_of(const py::array& points, const std::string& name);
 
 /// The indices of an array of shape (T, 3) of uint32, int32, int64 or uint64, copied. Throws
@@ -49,26 +47,24 @@ struct MeshTextures {
 /// Throws TypeError, ValueError, and Error(bad_input) for an id that is no uint32.
 MeshTextures textures_of(const py::object& textures, const std::string& name);
 
-/// Rays or points of the caller: `columns` floats each, one after the other.
+/// Rays, points or hits of the caller: `columns` floats each, one after the other.
 struct QueryArray {
-    /// "rays" or "points".
     const char* name = "";
     py::array array = {};
     const float* data = nullptr;
     std::size_t count = 0;
     std::size_t columns = 8;
-    /// That of the results.
+    /// Of the results.
     std::vector<py::ssize_t> shape;
 };
 
-/// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(). It is read in
-/// place if it is float32, C-contiguous and aligned, and the origin is 0; copied otherwise, less
-/// the origin.
+/// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(): in place if
+/// it is float32, C-contiguous and aligned, and the origin is 0; else copied, less the origin.
 QueryArray rays_of(const py::object& rays, const Point& origin);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points, const Point& origin);
-/// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of
-/// one of (..., 2) integers, geom_id and prim_id. None: nothing.
+/// The triangles that rays leave out: an array of hit_dtype with the shape of the rays, or of
+/// (..., 2) integers, geom_id and prim_id. None: nothing.
 std::optional<std::vector<Primitive>> excluded_of(const py::object& excluded,
                                                   const QueryArray& rays);
 /// Hits of an array of hit_dtype, or made of one of closest points, read or copied as rays are.

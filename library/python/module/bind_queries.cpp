@@ -4,9 +4,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "library/python/module/module.h"
 #include "library/python/module/scene.h"
-#include "morphray/queries.hpp"
 
 namespace morphray::python {
 namespace {
@@ -17,6 +15,27 @@ using Flag = std::atomic<bool>;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr const char* kDistance = "max_distance: a number, or None,";
 
+/// "none", "sort", or the width of an image.
+Coherence coherence_of(const py::object& coherence) {
+    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
+    if (!py::isinstance<py::str>(coherence))
+        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
+    const std::string name = py::str(coherence);
+    if (name == "none") return Coherence::none();
+    if (name == "sort") return Coherence::sort();
+    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
+}
+
+Crossing crossing_named(const py::object& crossing) {
+    return choice<Crossing>("crossing", crossing, {"once", "each", "owner"});
+}
+FillRule rule_named(const py::object& rule) {
+    return choice<FillRule>("rule", rule, {"nonzero", "odd"});
+}
+Threads threads_named(const py::object& threads) {
+    return choice<Threads>("threads", threads, {"all", "calling"});
+}
+
 /// The keywords of all queries; coherence, visible and excluded are those of rays.
 struct QueryKeywords {
     Coherence coherence = {};
@@ -26,7 +45,7 @@ struct QueryKeywords {
     Cancel* cancel = nullptr;
 };
 
-/// One result a query. `Written` differs from the dtype by a sign at most, or in name.
+/// One result a query. `Written` has the size of the dtype.
 template <class Written, class Work>
 py::array answer(const QueryArray& queries, const py::object& out, const py::dtype& dtype,
                  Work work) {
@@ -95,7 +114,7 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
     return py::array(dtype, static_cast<py::ssize_t>(vector.size()), vector.data(), owner);
 }
 
-/// Asks intersect() if an answer is a Hit, and occluded() otherwise.
+/// Calls intersect() if an answer is a Hit, and occluded() otherwise.
 template <class Answer>
 py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
                 const py::object& coherence, const py::object& visible, const py::object& excluded,
@@ -234,33 +253,31 @@ rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place
       C-contiguous; (N, 6) numbers, org and dir, with tnear 0 and tfar infinite. Arrays, lists, or what
       has __dlpack__ on the CPU. Any axes may be in front, or none for one ray.
 out:  a C-contiguous array of hit_dtype to write to, with one element a ray
-coherence: what is known of the rays, for speed alone: "none"; "sort", they come in any order; or the
-      width of the image whose rays they are, row by row
+coherence: for speed alone: "none"; "sort" for rays in any order; or the width of the image whose rays
+      they are, row by row
 visible: (G,) bool, one for each geom_id up to the highest: the meshes that rays see. None: all
-excluded: for each ray a triangle that is as if it were not there, such as that on which it starts: an
-      array of hit_dtype, or (N, 2) integers, geom_id and prim_id. None: none
+excluded: (N,) hit_dtype, or (N, 2) integers, geom_id and prim_id: for each ray a triangle that it leaves
+      out, such as that on which it starts. None: none
 threads: "all" of the device, or that which is "calling"
 cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 
 Returns an array of hit_dtype, `out` if it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A
 miss has t = inf and the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
-
 Raises TypeError for another dtype, ValueError for another shape, `out` or coherence.)",
             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
             arg("cancel") = none)
         .def("occluded", &trace<std::uint8_t>,
-             "Finds whether rays hit anything: an array of bool. Arguments are those of "
-             "intersect().",
+             "Finds whether rays hit anything: an array of bool. Arguments as for intersect().",
              arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
              arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
              arg("cancel") = none)
         .def("intersect_all", &intersect_all,
              R"(Finds every hit of rays, as an AllHits; axes in front of the rays are flattened.
 
-crossing: which triangles a ray through an edge or a vertex hits. "once": the first of its mesh there.
-          "each": all of them. "owner": one by which it passes through the surface, so that a closed mesh
-          is entered as often as it is left; none at a border or where it only touches.
+crossing: at an edge or a vertex, "once": the first triangle of its mesh there; "each": all of them;
+          "owner": one by which a ray passes through the surface, so that a closed mesh is entered as
+          often as it is left; none at a border or where it only touches.
 max_hits: the most hits that are listed for a ray, the first ones. None: all
 visible, excluded, threads, cancel: those of intersect()
 
@@ -270,15 +287,14 @@ memory does not suffice.)",
              arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
              arg("cancel") = none)
         .def("count", &count,
-             "Counts all hits of rays: an array of int64. Arguments are those of intersect() and "
-             "intersect_all().",
+             "Counts all hits of rays: int64. Arguments as for intersect() and intersect_all().",
              arg("rays"), arg("out") = none, py::kw_only(), arg("crossing") = "once",
              arg("coherence") = "none", arg("visible") = none, arg("excluded") = none,
              arg("threads") = "all", arg("cancel") = none)
         .def("normals", &normals,
              R"(Finds the unit normals of hits, or of closest points: (N, 3) float32; 0 for a miss.
 
-The corners of a triangle are counter-clockwise as seen from where its normal points.
+Corners are counter-clockwise as seen from where the normal points.
 
 hits:   an array of hit_dtype or closest_dtype; more axes in front are kept
 smooth: interpolate the normals of the corners, as lit images do)",
@@ -292,16 +308,15 @@ points: (N, 3) numbers, read in place if float32 and C-contiguous, as rays; or o
 out:    a C-contiguous array of the result's dtype to write to
 threads, cancel: those of intersect()
 
-Returns an array of int32: how often a half-line along +z leaves the meshes, minus how often it
-enters them.
-A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
+Returns an array of int32: how often a half-line along +z leaves the meshes, minus how often it enters
+them. A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
             arg("points"), arg("out") = none, py::kw_only(), arg("threads") = "all",
             arg("cancel") = none)
         .def("contains", &contains,
              R"(Finds which points are inside, or lie on a triangle, exactly: an array of bool.
 
-rule: which windings are inside, "nonzero", so that overlapping meshes are one, or "odd" numbers of
-      crossings, so that where two meshes overlap is outside. Other arguments are those of winding().)",
+rule: "nonzero" windings are inside, so that overlapping meshes are one, or "odd" numbers of crossings,
+      so that where two meshes overlap is outside. Other arguments are those of winding().)",
              arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
              arg("threads") = "all", arg("cancel") = none)
         .def(

@@ -1,14 +1,11 @@
 // morphray.Scene, Image and compare().
+#include <fmt/format.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "library/python/module/arrays.h"
-#include "library/python/module/module.h"
 #include "library/python/module/scene.h"
-#include "morphray/images.hpp"
-#include "morphray/scene.hpp"
 
 namespace morphray::python {
 namespace {
@@ -17,7 +14,7 @@ using py::arg;
 
 /// One mesh from a tuple (points, triangles[, deforms[, albedo[, textures]]]).
 BorrowedMesh mesh_of(const py::handle& item, std::size_t number) {
-    const std::string place = "mesh " + std::to_string(number) + ": ";
+    const std::string place = fmt::format("mesh {}: ", number);
     if (!py::isinstance<py::tuple>(item) && !py::isinstance<py::list>(item))
         throw py::type_error(place + "a morphray.Mesh or a tuple (points, triangles) is needed");
     const py::tuple parts =
@@ -35,16 +32,43 @@ std::vector<BorrowedMesh> meshes_of(const py::object& points, const py::object& 
         meshes.push_back(borrow(points, triangles, deforms, albedo, textures));
         return meshes;
     }
-    if (!py::isinstance<py::list>(points) && !py::isinstance<py::tuple>(points)) {
+    if (!py::isinstance<py::list>(points) && !py::isinstance<py::tuple>(points))
         throw py::type_error(
             "Scene: arrays of points and triangles are needed, or a list of meshes");
-    }
-    if (!albedo.is_none() || !textures.is_none() || !deforms) {
+    if (!albedo.is_none() || !textures.is_none() || !deforms)
         throw py::type_error(
             "Scene: deforms, albedo and textures belong into each mesh of the list");
-    }
     for (const py::handle item : points) meshes.push_back(mesh_of(item, meshes.size()));
     return meshes;
+}
+
+/// A Device, or "cpu", "vulkan" or "brute".
+Device device_of(const py::object& device) {
+    if (py::isinstance<Device>(device)) return device.cast<Device>();
+    const std::string text = py::str(device);
+    const GilRelease release;
+    if (text == "cpu") return Device::cpu();
+    if (text == "vulkan") return Device::vulkan();
+    if (text == "brute") return Device::brute_force();
+    throw_choice("device", text,
+                 R"("cpu", "vulkan" and "brute"; Device.vulkan() takes the name of a device)");
+}
+
+UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
+                       bool deterministic) {
+    UpdatePolicy policy;
+    try {
+        policy = parse_update_policy(update);
+    } catch (const Error& error) {
+        throw py::value_error(std::string("update: ") + error.what());
+    }
+    const Auto automatic{budget_ms, budget, deterministic};
+    if (std::holds_alternative<Auto>(policy)) return automatic;
+    const Auto defaults;
+    if (budget_ms != defaults.budget_ms || budget != defaults.budget || deterministic)
+        throw py::value_error("update: \"" + update +
+                              "\" takes no budget_ms, budget or deterministic; \"auto\" does");
+    return policy;
 }
 
 std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& triangles,
@@ -86,8 +110,9 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
               .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
               .width = width,
               .height = height,
-              .rays = rays_named(rays),
-              .shading = shading_named(shading),
+              .rays = choice<Rays>("rays", rays, {"primary", "shadow", "ao"}),
+              .shading = choice<Shading>(
+                  "shading", shading, {"plain", "lit", "normal", "depth", "prim", "steps", "sah"}),
               .samples = samples,
               .flat = flat,
               .ao_count = ao_count,
@@ -131,37 +156,29 @@ py::array pixels_of(const py::object& self) {
                 self);
 }
 
-/// The shape of arrays with one element for each camera ray.
-std::vector<py::ssize_t> sample_shape_of(const Image& image) {
+/// A view of one element for each camera ray.
+template <class Element>
+py::array samples_of(const py::object& self, const py::dtype& dtype,
+                     const std::vector<Element> Image::*member) {
+    const auto& image = self.cast<const Image&>();
     const py::ssize_t side = sample_side(image.samples);
-    return {side * image.height, side * image.width};
+    return view(dtype, {side * image.height, side * image.width}, (image.*member).data(), self);
 }
-
-py::array hits_of(const py::object& self) {
-    const auto& image = self.cast<const Image&>();
-    return view(hit_dtype(), sample_shape_of(image), image.hits.data(), self);
-}
-
+py::array hits_of(const py::object& self) { return samples_of(self, hit_dtype(), &Image::hits); }
 py::array occlusion_of(const py::object& self) {
-    const auto& image = self.cast<const Image&>();
-    return view(py::dtype::of<std::uint32_t>(), sample_shape_of(image), image.occlusion.data(),
-                self);
+    return samples_of(self, py::dtype::of<std::uint32_t>(), &Image::occlusion);
 }
 
 Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& rays,
                           std::size_t keep) {
     Comparison result;
-    const auto compare_in = [&](const Scene& a, const Scene& b,
-                                const std::atomic<bool>* cancelled) {
+    first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
+        std::shared_lock<std::shared_mutex> lock;
+        if (&first != &second) lock = second.query_lock();
         // One batch: the hits of both take more memory than converted rays.
         for_each_batch(rays, rays.count, [&](std::size_t, std::span<const Ray> batch) {
-            result = compare(a, b, batch, keep, {.cancel = cancelled});
+            result = compare(a, second.scene(), batch, keep, {.cancel = cancelled});
         });
-    };
-    first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
-        if (&first == &second) return compare_in(a, a, cancelled);
-        const std::shared_lock lock = second.query_lock();
-        compare_in(a, second.scene(), cancelled);
     });
     return result;
 }
@@ -185,10 +202,8 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
 }
 
 py::array differences_of(const Comparison& comparison) {
-    py::list fields;
-    fields.append(py::make_tuple("index", py::dtype::of<std::uint64_t>()));
-    fields.append(py::make_tuple("first", hit_dtype()));
-    fields.append(py::make_tuple("second", hit_dtype()));
+    const std::vector<std::pair<const char*, py::dtype>> fields = {
+        {"index", py::dtype::of<std::uint64_t>()}, {"first", hit_dtype()}, {"second", hit_dtype()}};
     const py::object dtype = py::module_::import("numpy").attr("dtype")(fields);
     py::array array(py::reinterpret_borrow<py::dtype>(dtype),
                     static_cast<py::ssize_t>(comparison.differences.size()));
@@ -201,8 +216,8 @@ void bind_images(py::module_& module) {
     py::class_<Image>(module, "Image",
                       R"(An image of Scene.render() with the hits that it was made from.
 
-The arrays are read-only views, row by row from the top; they keep the image alive. The
-arrays can be pickled, the image cannot.)")
+The arrays are read-only views, row by row from the top; they keep the image alive. They can be
+pickled, the image cannot.)")
         .def_readonly("width", &Image::width, "In pixels.")
         .def_readonly("height", &Image::height, "In pixels.")
         .def_readonly("samples", &Image::samples, "Camera rays a pixel.")
@@ -213,29 +228,24 @@ arrays can be pickled, the image cannot.)")
 
 t is the depth along the viewing direction. Several samples a pixel are a square of elements.)")
         .def_property_readonly("occlusion", &occlusion_of,
-                               "uint32 of the shape of hits: occluded shadow and ambient-occlusion "
-                               "rays of each camera ray.")
+                               "uint32, as hits: occluded secondary rays of each camera ray.")
         .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
         .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
-        .def_readonly("hits_hash", &Image::hits_hash,
-                      "XXH3 (64 bits) of hits and occlusion: the same on every device and machine.")
+        .def_readonly("hits_hash", &Image::hits_hash, "XXH3 (64 bits) of hits and occlusion.")
         .def_readonly("image_hash", &Image::image_hash, "XXH3 (64 bits) of the pixels.")
         .def(
             "save",
             [](const Image& image, const std::filesystem::path& file) {
-                if (file.extension() != ".png" && file.extension() != ".PNG") {
+                if (file.extension() != ".png" && file.extension() != ".PNG")
                     throw py::value_error("save: " + file.string() +
                                           " does not end in .png, the format of the file");
-                }
                 const GilRelease release;
                 write_png(file.string(), image);
             },
-            "Writes a PNG file, as a whole or not at all. Raises ValueError for a name of another "
-            "format.",
+            "Writes a PNG file, as a whole or not at all. Raises ValueError for another format.",
             arg("path"))
         .def("__repr__", [](const Image& image) {
-            return "<morphray.Image " + std::to_string(image.width) + "x" +
-                   std::to_string(image.height) + ">";
+            return fmt::format("<morphray.Image {}x{}>", image.width, image.height);
         });
 
     py::class_<Comparison>(
@@ -250,8 +260,8 @@ t is the depth along the viewing direction. Several samples a pixel are a square
         .def("__bool__", [](const Comparison& comparison) { return !comparison.equal(); })
         .def("__str__", &describe)
         .def("__repr__", [](const Comparison& comparison) {
-            return "<morphray.Comparison " + std::to_string(comparison.different) + " of " +
-                   std::to_string(comparison.compared) + " differ>";
+            return fmt::format("<morphray.Comparison {} of {} differ>", comparison.different,
+                               comparison.compared);
         });
     module.def(
         "compare", &compare_any,
@@ -270,13 +280,11 @@ void bind_update(py::module_& module) {
             R"("build" (another set of meshes), "keep" (nothing moved), "refit", "restructure"
 (refitted, and degraded parts built again), "rebuild", or "swap" (a tree from the background, refitted).)")
         .def_readonly("reason", &Update::reason, "Why, as a clause for people.")
-        .def_readonly(
-            "cost_ratio", &Update::cost_ratio,
-            "The cost of the tree relative to that when it was built. 1: it was not asked for.")
+        .def_readonly("cost_ratio", &Update::cost_ratio,
+                      "The cost of the tree relative to that when it was built, or 1.")
         .def_readonly("build_pending", &Update::build_pending,
                       "Whether a tree is being built in the background.")
-        .def_readonly("left_out", &Update::left_out,
-                      "A list of LeftOut: the meshes with points that are left out.")
+        .def_readonly("left_out", &Update::left_out, "A list of LeftOut.")
         .def_property_readonly("milliseconds", &Update::milliseconds, "The sum of all parts.")
         .def_readonly("read_ms", &Update::read_ms, "Reading the arrays of points.")
         .def_readonly("upload_ms", &Update::upload_ms, "Positions and trees to the device.")
@@ -285,21 +293,17 @@ void bind_update(py::module_& module) {
         .def_readonly("restructure_ms", &Update::restructure_ms)
         .def_readonly("rebuild_ms", &Update::rebuild_ms)
         .def("__repr__", [](const Update& update) {
-            return std::string("<morphray.Update ") + to_string(update.step) + ": " +
-                   update.reason + ">";
+            return fmt::format("<morphray.Update {}: {}>", to_string(update.step), update.reason);
         });
     py::class_<LeftOut>(module, "LeftOut",
-                        R"(Points of a mesh that triangles use, but not at this pose:
-the triangles are never hit.)")
+                        "Points of a mesh whose triangles are not hit at this pose.")
         .def_readonly("geom_id", &LeftOut::geom_id)
         .def_readonly("not_finite", &LeftOut::not_finite, "NaN, infinite, or beyond float32.")
-        .def_readonly(
-            "too_far", &LeftOut::too_far,
-            "Outside the bounds, and more than 2^37 times as far from the origin as most.")
+        .def_readonly("too_far", &LeftOut::too_far,
+                      "Outside the bounds, and 2^37 times as far from the origin as most.")
         .def("__repr__", [](const LeftOut& mesh) {
-            return "<morphray.LeftOut mesh " + std::to_string(mesh.geom_id) + ": " +
-                   std::to_string(mesh.not_finite) + " not finite, " +
-                   std::to_string(mesh.too_far) + " too far>";
+            return fmt::format("<morphray.LeftOut mesh {}: {} not finite, {} too far>",
+                               mesh.geom_id, mesh.not_finite, mesh.too_far);
         });
     py::class_<EdgeCounts>(module, "EdgeCounts", "Of Scene.edge_counts().")
         .def_readonly("open", &EdgeCounts::open, "Edges of one triangle.")
@@ -310,13 +314,11 @@ the triangles are never hit.)")
                       "Edges that are run through more often in one direction.")
         .def_readonly("twins", &EdgeCounts::twins,
                       "Triangles of which another has the same places in the opposite direction.")
-        .def_property_readonly(
-            "is_closed", &EdgeCounts::is_closed,
-            "True if inside, winding and the sign of distances are those of a solid.")
+        .def_property_readonly("is_closed", &EdgeCounts::is_closed,
+                               "True if inside and winding are those of a solid.")
         .def("__repr__", [](const EdgeCounts& edges) {
-            return "<morphray.EdgeCounts " + std::to_string(edges.open) + " open, " +
-                   std::to_string(edges.shared) + " shared, " + std::to_string(edges.turned) +
-                   " turned, " + std::to_string(edges.twins) + " twins>";
+            return fmt::format("<morphray.EdgeCounts {} open, {} shared, {} turned, {} twins>",
+                               edges.open, edges.shared, edges.turned, edges.twins);
         });
     py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
         .def_readonly("sah_cost", &TreeStatistics::sah_cost,
@@ -325,11 +327,10 @@ the triangles are never hit.)")
         .def_readonly("leaf_count", &TreeStatistics::leaf_count)
         .def_readonly("depth", &TreeStatistics::depth)
         .def_readonly("bytes", &TreeStatistics::bytes)
-        .def_readonly("hash", &TreeStatistics::hash,
-                      "XXH3 (64 bits) of nodes and leaves: the same on every device.")
+        .def_readonly("hash", &TreeStatistics::hash, "XXH3 (64 bits) of nodes and leaves.")
         .def("__repr__", [](const TreeStatistics& tree) {
-            return "<morphray.TreeStatistics " + std::to_string(tree.node_count) + " nodes, " +
-                   std::to_string(tree.leaf_count) + " leaves>";
+            return fmt::format("<morphray.TreeStatistics {} nodes, {} leaves>", tree.node_count,
+                               tree.leaf_count);
         });
 }
 
@@ -352,39 +353,38 @@ void bind_scene(py::module_& module) {
     py::class_<PyScene> scene_class(module, "Scene",
                                     R"(Deforming triangle meshes, the tree over them, and queries.
 
-points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.ndarray, or what has
-           __dlpack__ on the CPU. Borrowed: each update() reads the array in place, so write into it
-           (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list
-           is copied: later poses are given to update(). Triangles with points that are NaN or infinite are
-           never hit.
+points:    (V, 3) float32 or float64, any distance apart: a numpy.ndarray, or what has __dlpack__ on the
+           CPU. Borrowed: each update() reads the array in place, so write into it (points[:] = ...),
+           and do not resize it. A list is copied: later poses are given to update(). Triangles with
+           points that are NaN or infinite are never hit.
 triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
            with geom_ids 0, 1, ... in order.
 device:    a Device, "cpu", "vulkan" or "brute"
-bounds:    (lower, upper), two points: the part of space that the meshes move in, which they may
-           leave. With the same bounds, equal positions give equal bits on all machines and devices,
-           whatever the poses before. None: the bounds of the first pose.
+bounds:    (lower, upper): the part of space that the meshes move in, which they may leave. With the
+           same bounds, equal positions give equal bits on all machines and devices, whatever the poses
+           before. None: the bounds of the first pose.
 update:    how the tree follows the meshes: "auto", "refit", "rebuild", or "every:K" to build a tree
            after K poses. Results do not depend on it.
 budget_ms, budget: for "auto", the time budget of an update for repairs of the tree: milliseconds, or,
            if they are 0, a part of the time that refit and queries of a pose take
 deterministic: for "auto", decide by counts instead of times, so that all runs decide the same
 deforms:   whether update() reads the points again
-albedo:    for images, the linear colour of each triangle: (T, 3) uint8, or (T,) uint32 with red in
-           the lowest byte. None: light grey. Copied.
+albedo:    for images, the linear colour of each triangle, copied: (T, 3) uint8, or (T,) uint32 with red
+           in the lowest byte. None: light grey.
 record_cost_ratio: find Update.cost_ratio at each update
-textures:  for images by shading="lit", a morphray.Textures, copied. They are multiplied by albedo.
+textures:  for images by shading="lit", a morphray.Textures, copied; albedo multiplies them
 origin:    three numbers that are subtracted in float64 from all points and rays before they are rounded
-           to float32, and added to closest points. None: 0, unless the points of the first mesh are
-           float64 and rounding would move one by more than 1e-6 of their size, such as those of UTM;
-           then a place near their middle. A warning tells if points are moved so far all the same.
+           to float32, and added to closest points. None: near the middle of the first mesh if its points
+           are float64, and rounding would move one by more than 1e-6 of their size, as for UTM; else 0.
+           A warning tells if points are moved so far all the same.
 
 Any number of threads may query a scene at the same time. A change, update(), attach() or detach(), that
-meets another call raises Error "busy". Ctrl-C ends queries, images, Scene() and update(); a scene whose
-update() it ended is of no use any more.
+meets another call raises Error "busy". Ctrl-C ends queries, images, Scene() and update(), after which the
+scene is of no use any more.
 
-Raises TypeError for what is no array or has another dtype, ValueError for a shape or strides that do not
-fit, Error "bad_input" for an index that is out of range, "bad_argument", "unavailable" and "limit".)");
+Raises TypeError for another dtype, ValueError for a shape or strides that do not fit, Error "bad_input"
+for an index out of range, "bad_argument", "unavailable" and "limit".)");
     scene_class
         .def(py::init(&make_scene), arg("points"), arg("triangles") = py::none(), py::kw_only(),
              arg("device") = "cpu", arg("bounds") = py::none(), arg("update") = "auto",
@@ -404,8 +404,7 @@ With geom_id it reads count points of one mesh from first on, or all from there.
                 const char* const wanted = "update: a geom_id, a whole number, first";
                 return scene.update(value_of<std::uint32_t>(geom_id, wanted), points);
             },
-            "Borrows other points for a mesh from now on, as many as it has, and reads them: for a "
-            "pose in another buffer.",
+            "Borrows other points for a mesh from now on, as many as it has, and reads them.",
             arg("geom_id"), arg("points") = py::none())
         .def(
             "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
@@ -424,15 +423,14 @@ With geom_id it reads count points of one mesh from first on, or all from there.
         .def("last_update", reading(&Scene::last_update),
              "What the last build or update() did, as far as it is known by now.")
         .def("edge_counts", reading(&Scene::edge_counts),
-             "The edges where the surface is not that of a solid, and triangles that are there in "
-             "both directions, at the pose at which this is first called.")
+             "The edges where the surface is not that of a solid, at the pose of the first call.")
         .def("render", &render,
              R"(Renders an Image with a pinhole camera and a light.
 
 What is None is chosen so that the bounds of the scene fill the image.
 
 size:        (width, height) in pixels, from 1 to 65536 a side and at most 2^28 in all
-eye, target, up, light: three numbers each, in the units of the points
+eye, target, up, light: three numbers each
 fov:         vertical, in degrees
 rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" (and
              ambient-occlusion rays from each hit)
@@ -454,23 +452,19 @@ Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
         .def(
             "on",
             [](PyScene& scene, const py::object& device) { return scene.on(device_of(device)); },
-            "A scene over the same arrays with a copy of this tree on "
-            "another device.",
+            "A scene over the same arrays with a copy of this tree on another device.",
             arg("device"))
         .def("tree_statistics", reading(&Scene::tree_statistics),
              "Reads the tree back from the device.")
         .def_property_readonly("device", &PyScene::device, "The Device that traces.")
         .def_property_readonly("bounds", &bounds,
-                               "(lower, upper), two (3,) float64, of the finite points. lower > "
-                               "upper if there are none.")
+                               "(lower, upper), two (3,) float64; lower > upper without points.")
         .def_property_readonly(
             "origin",
             [](PyScene& scene) { return py::array_t<double>(3, scene.scene().origin().data()); },
             "(3,) float64: what is subtracted from points and rays before they are rounded.")
-        .def_property_readonly("triangle_count", reading(&Scene::triangle_count),
-                               "Of all meshes together.")
-        .def_property_readonly("vertex_count", reading(&Scene::vertex_count),
-                               "Of all meshes together.")
+        .def_property_readonly("triangle_count", reading(&Scene::triangle_count))
+        .def_property_readonly("vertex_count", reading(&Scene::vertex_count))
         .def("__repr__", [](const PyScene& scene) {
             return "<morphray.Scene on " + scene.device().name() + ">";
         });

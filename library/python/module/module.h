@@ -1,11 +1,9 @@
-// What the sources of the module share: calls that give up the GIL while C++ works, and keyword
-// arguments as options of C++.
+// What the sources of the module share: calls without the GIL, and keyword arguments.
 #pragma once
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include "morphray/device.hpp"
 #include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 
@@ -16,7 +14,7 @@ namespace py = pybind11;
 class PyScene;
 
 /// Unlike py::gil_scoped_release, does not end the process if the interpreter ends while a daemon
-/// thread works: Python before 3.14 unwinds such a thread's stack. Here it waits for the end.
+/// thread works: Python before 3.14 unwinds its stack. Here the thread waits for the end.
 class GilRelease {
 public:
     GilRelease() : state_(PyEval_SaveThread()) {}
@@ -34,7 +32,7 @@ private:
     PyThreadState* state_;
 };
 
-/// Ends the calls that it has been given to. The GIL, which all members need, guards it.
+/// Ends the calls that have it. The GIL guards it.
 class Cancel {
 public:
     void set() {
@@ -70,8 +68,7 @@ private:
 void bind_scene(py::module_& module);
 void bind_queries(py::class_<PyScene>& scene_class);
 
-/// Throws TypeError "`wanted` is needed, not ..." for what is no Value. That of pybind11, for
-/// parameters of other types than object, lists those of all.
+/// Throws TypeError "`wanted` is needed, not ..." for what is no Value.
 template <class Value>
 Value value_of(const py::object& object, const char* wanted) {
     try {
@@ -82,19 +79,15 @@ Value value_of(const py::object& object, const char* wanted) {
     }
 }
 
-/// A Device, or "cpu", "vulkan" or "brute".
-Device device_of(const py::object& device);
-/// "none", "sort", or the width of an image.
-Coherence coherence_of(const py::object& coherence);
-/// `update` is "auto", "refit", "rebuild" or "every:K", the others Auto's. Throws ValueError.
-UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
-                       bool deterministic);
-/// The values of the names that the documentation of Scene lists. Each throws ValueError.
-Rays rays_named(const py::object& rays);
-Shading shading_named(const py::object& shading);
-Crossing crossing_named(const py::object& crossing);
-FillRule rule_named(const py::object& rule);
-Wrap wrap_named(const py::object& wrap);
-Threads threads_named(const py::object& threads);
+[[noreturn]] void throw_choice(const std::string& argument, const std::string& value,
+                               const std::string& choices);
+int find_choice(const std::string& argument, const py::object& value,
+                std::initializer_list<const char*> names);
+/// The value of an enumeration whose names are given in order. Throws ValueError for another one.
+template <class Value>
+Value choice(const std::string& argument, const py::object& value,
+             std::initializer_list<const char*> names) {
+    return static_cast<Value>(find_choice(argument, value, names));
+}
 
 }  // namespace morphray::python

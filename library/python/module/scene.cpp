@@ -1,5 +1,6 @@
 #include "library/python/module/scene.h"
 
+#include <fmt/format.h>
 #include <sched.h>
 
 #include <algorithm>
@@ -161,17 +162,17 @@ void PyScene::warn_of_points(const Update& update) {
         if (has_warned_of_rounding_) break;
         if (!rounds_coarsely(positions_of(points, "points"), scene_->origin())) continue;
         has_warned_of_rounding_ = true;
-        warn("points of mesh " + std::to_string(geom_id) +
-             ": rounding to float32 moves them by more than 1e-6 of their size; origin, a point "
-             "near "
-             "them, keeps their digits");
+        warn(
+            fmt::format("points of mesh {}: rounding to float32 moves them by more than 1e-6 of "
+                        "their size; origin, a point near them, keeps their digits",
+                        geom_id));
     }
     for (const LeftOut& mesh : update.left_out) {
         if (!warned_of_left_out_.insert(mesh.geom_id).second) continue;
-        warn("points of mesh " + std::to_string(mesh.geom_id) + ": " +
-             std::to_string(mesh.not_finite) + " are not finite and " +
-             std::to_string(mesh.too_far) +
-             " too far from all others; their triangles are never hit (Update.left_out)");
+        warn(
+            fmt::format("points of mesh {}: {} are not finite and {} too far from all others; "
+                        "their triangles are never hit (Update.left_out)",
+                        mesh.geom_id, mesh.not_finite, mesh.too_far));
     }
 }
 
@@ -192,7 +193,6 @@ PyScene::~PyScene() {
 std::shared_lock<std::shared_mutex> PyScene::query_lock() {
     return locked(std::shared_lock(mutex_, std::try_to_lock));
 }
-
 std::unique_lock<std::shared_mutex> PyScene::change_lock() {
     return locked(std::unique_lock(mutex_, std::try_to_lock));
 }
@@ -236,11 +236,10 @@ Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
 
 std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
     const std::unique_lock lock = change_lock();
-    std::uint32_t geom_id = 0;
-    {
+    const std::uint32_t geom_id = [&] {
         const GilRelease release;
-        geom_id = scene_->attach(mesh.view());
-    }
+        return scene_->attach(mesh.view());
+    }();
     next_points_.insert_or_assign(geom_id, mesh.points);
     warned_of_left_out_.erase(geom_id);
     if (empty_options_) waiting_.insert_or_assign(geom_id, mesh);

@@ -2,14 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <mutex>
 #include <set>
 #include <shared_mutex>
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/module.h"
-#include "morphray/scene.hpp"
 
 namespace morphray::python {
 
@@ -84,8 +82,8 @@ private:
     void choose_origin();
     /// Runs `change`, which SIGINT ends.
     Update run_change(const std::function<Update()>& change);
-    /// Warns once if rounding moves a point by more than 1e-6 of the size of its mesh, and once a
-    /// mesh of points that are left out.
+    /// Warns once of points that rounding moves by more than 1e-6 of the size of their mesh, and
+    /// once a mesh of points that are left out.
     void warn_of_points(const Update& update);
 
     /// The arrays of points by geom_id, at the last update() and at the next one.

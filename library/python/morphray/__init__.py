@@ -12,9 +12,8 @@ machine, thread count, instruction set and Vulkan device.
     image.save("image.png")
 
 morphray.open3d and morphray.trimesh have classes of these two libraries, for scripts that use them.
-
-Arrays and arguments of a wrong type raise TypeError, arrays that do not fit ValueError, and all
-else Error with a code. docs/guide/python.md is the guide.
+Arguments of a wrong type raise TypeError, arrays that do not fit ValueError, and all else Error with a
+code. docs/guide/python.md is the guide.
 """
 
 from typing import Any as _Any, NamedTuple as _NamedTuple
@@ -52,8 +51,8 @@ class Textures(_NamedTuple):
     ids:       (T,) uint32, int32, uint64 or int64: the image of each triangle, or INVALID_ID for
                none; None: the first of all
     wrap:      beyond the image, "repeat" it or "clamp" to its border
-    alpha_cutoff: a number from 0 to 1, or a list of one an image: where alpha / 255, linear between
-               texels, is below it, rays of lit images pass. Queries and other images do not know it
+    alpha_cutoff: from 0 to 1, or a list of one an image: where alpha / 255, linear between texels, is
+               below it, rays of lit images pass. Queries and other images ignore it
     """
 
     images: _Any
@@ -81,11 +80,11 @@ class Mesh(_NamedTuple):
 
 
 class AllHits(_NamedTuple):
-    """The hits of some rays, from Scene.intersect_all().
+    """The hits of Scene.intersect_all().
 
     offsets:  (N + 1,) int64: the hits of ray i are hits[offsets[i]:offsets[i + 1]]
     hits:     (H,) hit_dtype, by ray, and then in the order of (t, geom_id, prim_id)
-    left_out: (N,) int64: for each ray, the hits beyond max_hits that are not listed
+    left_out: (N,) int64: for each ray, the hits beyond max_hits
     """
 
     offsets: _Any

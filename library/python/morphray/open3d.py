@@ -30,8 +30,7 @@ def _array(tensor):
 
 
 def _rays(tensor):
-    """Rays, and their coherence: those of (height, width, 6) are those of an image, as
-    create_rays_pinhole() makes them."""
+    """Rays, and their coherence: (height, width, 6) is an image, as create_rays_pinhole() makes."""
     rays = _array(tensor)
     return rays, rays.shape[1] if getattr(rays, "ndim", 0) == 3 else "sort"
 
@@ -77,12 +76,11 @@ class RaycastingScene:
     device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes
 
     rays are (..., 6) float32, org and dir, and query_points (..., 3) float32. Axes in front are kept in
-    the results. The arguments nthreads and nsamples of the methods have no effect: the device has its
-    threads, and inside is exact. Unlike in Open3D, each crossing of a surface is
-    listed and counted once, also through edges and vertices.
+    the results. nthreads and nsamples of the methods have no effect: inside is exact. Unlike in Open3D,
+    each crossing of a surface is listed and counted once, also through edges and vertices.
 
-    Any number of threads may use a scene at the same time: what add_triangles() adds is there for
-    queries that begin afterwards.
+    Any number of threads may use a scene at the same time. Queries that begin after add_triangles() see
+    its triangles.
     """
 
     INVALID_ID: int = _morphray.INVALID_ID
@@ -90,7 +88,7 @@ class RaycastingScene:
     def __init__(self, nthreads: int = 0, device: Any = None) -> None:
         if device is None or str(device).upper().startswith("CPU"):
             device = _morphray.Device.cpu(threads=nthreads)
-        # One device for all scenes that are to be built.
+        # One device for all scenes.
         self._device = _morphray.Scene([], device=device).device
         self._meshes: List[Any] = []
         self._built = None
@@ -110,11 +108,10 @@ class RaycastingScene:
             vertex_positions, triangle_indices = mesh.vertex.positions, mesh.triangle.indices
         arrays = (_array(vertex_positions), _array(triangle_indices))
         points, triangles = (a.copy(order="C") if isinstance(a, np.ndarray) else a for a in arrays)
-        mesh = _morphray.Mesh(points, triangles, deforms=False)
         # Finds what is wrong with it now.
         _morphray.Scene([], device="brute").attach(points, triangles)
         with self._lock:
-            self._meshes.append(mesh)
+            self._meshes.append(_morphray.Mesh(points, triangles, deforms=False))
             self._built = None
             return len(self._meshes) - 1
 
@@ -134,11 +131,8 @@ class RaycastingScene:
         array, coherence = _rays(rays)
         scene = self._scene()
         hits = scene.intersect(array, coherence=coherence, excluded=excluded)
-        return _results({
-            "t_hit": hits["t"].copy(),
-            **_primitives(hits),
-            "primitive_normals": scene.normals(hits),
-        }, rays)
+        return _results({"t_hit": hits["t"].copy(), **_primitives(hits),
+                         "primitive_normals": scene.normals(hits)}, rays)
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf,
                         nthreads: int = 0, *, excluded: Any = None) -> NDArray[np.bool_]:
@@ -160,8 +154,7 @@ class RaycastingScene:
     def list_intersections(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
         """Finds all hits of rays, in ascending order of t for each ray. Returns a dict of
 
-        ray_splits: (N + 1,) uint32: the hits of ray i are those from ray_splits[i] to
-                    ray_splits[i + 1]
+        ray_splits: (N + 1,) uint32: ray i has the hits from ray_splits[i] to ray_splits[i + 1]
         ray_ids:    (H,) uint32: the ray of each hit, counted over all axes in front
         t_hit, geometry_ids, primitive_ids, primitive_uvs: those of cast_rays()
         """
@@ -170,28 +163,20 @@ class RaycastingScene:
         if len(hits) > 0xFFFFFFFF:
             raise ValueError(f"list_intersections: {len(hits)} hits are more than uint32 counts; "
                              "morphray.Scene.intersect_all() has no such limit")
-        return _results({
-            "ray_splits": all_hits.offsets.astype(np.uint32),
-            "ray_ids": all_hits.ray_ids.astype(np.uint32),
-            "t_hit": hits["t"].copy(),
-            **_primitives(hits),
-        }, rays)
+        return _results({"ray_splits": all_hits.offsets.astype(np.uint32),
+                         "ray_ids": all_hits.ray_ids.astype(np.uint32),
+                         "t_hit": hits["t"].copy(), **_primitives(hits)}, rays)
 
     def compute_closest_points(self, query_points: Any,
                                nthreads: int = 0) -> Dict[str, NDArray[Any]]:
         """Finds the closest points of the meshes. Returns a dict of points, geometry_ids,
         primitive_ids (the lowest of equally close triangles), primitive_uvs and primitive_normals.
-
-        Where there is none, in an empty scene or for a point that is NaN or infinite, IDs are
-        INVALID_ID and all else is 0.
+        Where there is none, as for a point that is not finite, IDs are INVALID_ID, and all else 0.
         """
         scene = self._scene()
         closest = scene.closest_points(_array(query_points))
-        return _results({
-            "points": closest["point"].copy(),
-            **_primitives(closest),
-            "primitive_normals": scene.normals(closest),
-        }, query_points)
+        return _results({"points": closest["point"].copy(), **_primitives(closest),
+                         "primitive_normals": scene.normals(closest)}, query_points)
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> NDArray[np.float32]:
         """Finds the distances to the meshes. inf where there is none."""
@@ -200,17 +185,14 @@ class RaycastingScene:
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0,
                                 nsamples: int = 1) -> NDArray[np.float32]:
-        """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
-        point that is NaN or infinite."""
+        """The distances to the meshes, negative inside (compute_occupancy()). NaN for a point that
+        is not finite."""
         return _results(self._scene().signed_distance(_array(query_points)), query_points)
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
-        """Finds which points are inside: 1 inside and 0 outside.
-
-        A point is inside if the meshes wind around it, exactly, as Scene.contains() says, or if it
-        lies on a triangle. Overlapping meshes count as one. Meshes with holes have no inside.
-        """
+        """Finds which points are inside, as Scene.contains(): 1 inside or on a triangle, 0 outside.
+        Overlapping meshes count as one. Meshes with holes have no inside."""
         inside = self._scene().contains(_array(query_points))
         return _results(inside.astype(np.float32), query_points)
 
@@ -220,13 +202,12 @@ class RaycastingScene:
 
         create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px): (3, 3), upper
         triangular, and (4, 4), from the world to the camera.
-
         create_rays_pinhole(fov_deg, center, eye, up, width_px, height_px): the horizontal field of
         view in degrees, and three points of three numbers.
 
         Directions have the length 1 along the axis of the camera. Where up is parallel to the view,
-        z takes its place, or y for a view that is mainly along z. Raises ValueError for what gives
-        no rays: center at eye, up 0, numbers that are not finite.
+        z takes its place, or y for a view mainly along z. Raises ValueError for center at eye, up 0,
+        and numbers that are not finite.
         """
         given = (*args, *kwargs.values())
         rays = (_rays_of_matrices if len(given) == 4 else _rays_of_view)(*args, **kwargs)

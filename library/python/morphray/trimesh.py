@@ -7,13 +7,11 @@
     mesh.contains(points)
 
 A mesh is any object with `vertices`, (V, 3) numbers, and `faces`, (F, 3) integers; trimesh itself is
-not imported. Coordinates are below 1e100, and a mesh is 0 or at least 1e-100 large.
+not imported. Coordinates are below 1e100, and a mesh is 0 or at least 1e-100 large. One that moved is
+updated, not built anew.
 
-Numbers are float64, as trimesh's are. Which triangles are hit and closest is decided for coordinates
-that are rounded to float32 relative to the mesh; locations, distances, which hits lie behind an
-origin and which points are inside are then found in float64 from the mesh as it is.
-
-A mesh that moved is updated, not built anew.
+Which triangles are hit and closest is decided for coordinates that are rounded to float32 relative to
+the mesh; locations, distances, hits behind an origin and points inside are then found in float64.
 """
 
 import threading as _threading
@@ -32,13 +30,13 @@ _Ints = NDArray[np.int64]
 _MERGE = 1e-8
 # The meshes fill this box after _Frame.
 _BOUNDS = ((-1, -1, -1), (1, 1, 1))
-# Rays are cast from this far before their origins, in a frame: more than positions are rounded by
-# (2^-24), so that what lies on the origin is met. float64 decides then which hits lie before it.
+# Rays start this far before their origins, in a frame, to meet what lies there: positions are rounded
+# by 2^-24. float64 decides then which hits lie before the origin.
 _BACK = 2.0**-18
-# Below this sine of the angle between ray and triangle the location is taken from the triangle, and
-# from the ray above it: either is then within 2^-14 of the other one in a frame.
+# Below this sine of the angle between ray and triangle, locations are those of the triangle, not of
+# the ray: they are then within 2^-14 of each other in a frame.
 _GRAZING = 2.0**-10
-# Rounding may move a point of a frame from one side of the mesh to the other if it is so near.
+# Rounding may move a point so near from one side of the mesh to the other, in a frame.
 _NEAR = 2.0**-22
 # Places of a frame that float64 does not tell apart.
 _SAME = 2.0**-48
@@ -96,8 +94,8 @@ def _normals_of(corners):
 
 
 def _closest_on(corners, normals, points):
-    """For each point the closest one of its triangle, by the region that it projects to (Ericson,
-    Real-Time Collision Detection, 2005, section 5.1.5)."""
+    """For each point the closest one of its triangle (Ericson, Real-Time Collision Detection, 2005,
+    section 5.1.5)."""
     p0, p1, p2 = np.moveaxis(corners, 1, 0)
     best = p0.copy()
     best_distance = np.full(len(points), np.inf)
@@ -107,7 +105,6 @@ def _closest_on(corners, normals, points):
         s = np.divide(_dot(points - start, edge), length, out=np.zeros_like(length),
                       where=length > 0)
         on_edge = start + np.clip(s, 0, 1)[:, None] * edge
-        # An end is taken as it is.
         on_edge[s >= 1] = end[s >= 1]
         distance = _dot(points - on_edge, points - on_edge)
         closer = distance < best_distance
@@ -122,8 +119,8 @@ def _closest_on(corners, normals, points):
 
 
 class _Frame(_typing.NamedTuple):
-    """Maps a mesh into [-1, 1] on all axes: by a shift, where it is farther from 0 than it is large,
-    and by a power of two. Vertices that are float32 keep all of their bits."""
+    """Maps a mesh into [-1, 1] on all axes: by a power of two, and by a shift where it is farther from
+    0 than it is large. Vertices that are float32 keep all of their bits."""
 
     origin: Any
     scale: float
@@ -152,7 +149,7 @@ class _Frame(_typing.NamedTuple):
 
 
 class _MeshScene:
-    """A scene that follows a mesh: what the queries of one mesh share."""
+    """A scene that follows a mesh."""
 
     def __init__(self, mesh, device):
         self.mesh = mesh
@@ -168,8 +165,8 @@ class _MeshScene:
         self.__init__(*state)
 
     def update(self):
-        """Brings all members to the mesh. Where its class has a hash of its own, as trimesh's have,
-        that tells whether the mesh has changed; otherwise the arrays are compared."""
+        """Brings all members to the mesh. A hash of its class, as trimesh's have, tells whether it has
+        changed; otherwise the arrays are compared."""
         has_hash = type(self.mesh).__hash__ not in (None, object.__hash__)
         with self._lock:
             key = hash(self.mesh) if has_hash else None
@@ -179,7 +176,7 @@ class _MeshScene:
                 vertices = _rows(np.array(self.mesh.vertices, subok=True), "vertices")
                 self._read(vertices, _faces_of(self.mesh))
             except BaseException:
-                # Ctrl-C, for example, has left members of two poses. The next query builds anew.
+                # Members may be of two poses. The next query builds anew.
                 self.scene = self._key = None
                 raise
             self._key = key
@@ -206,19 +203,15 @@ class _MeshScene:
         # Scaled, so that products neither overflow nor vanish.
         return _normals_of(self.vertices[self.faces[faces]] * self.frame.scale)
 
-    @property
-    def fans(self):
-        """The faces at each vertex v: faces[first[v]:first[v + 1]]."""
+    def faces_at(self, vertices):
+        """The faces at each of `vertices`: (place in `vertices`, face) of each pair."""
         if self._fans is None:
+            # The faces at vertex v are fan[first[v]:first[v + 1]].
             corners = self.faces.ravel()
             count = np.bincount(corners, minlength=len(self.vertices))
             self._fans = (np.concatenate([[0], np.cumsum(count)]),
                           np.argsort(corners, kind="stable") // 3)
-        return self._fans
-
-    def faces_at(self, vertices):
-        """The faces at each of `vertices`: (place in `vertices`, face) of each pair."""
-        first, fan = self.fans
+        first, fan = self._fans
         count = first[vertices + 1] - first[vertices]
         owner = np.repeat(np.arange(len(vertices)), count)
         within = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
@@ -261,9 +254,9 @@ class _MeshScene:
 
 
 def _sides(corners, points, owner):
-    """Whether each point is behind the closest of the triangles that have its number as owner, as 0
-    or 1, and whether it lies on it. Normals that are weighed by angles decide (Bærentzen, Aanæs,
-    Signed Distance Computation Using the Angle Weighted Pseudonormal, TVCG 11(3), 2005)."""
+    """Whether point i is behind the closest of the triangles with owner i, as 0 or 1, and whether it
+    lies on it. Angle-weighted normals decide (Bærentzen, Aanæs, Signed Distance Computation Using the
+    Angle Weighted Pseudonormal, TVCG 11(3), 2005)."""
     normals = _normals_of(corners)
     places = _closest_on(corners, normals, points[owner])
     apart = np.linalg.norm(points[owner] - places, axis=1)
@@ -291,13 +284,12 @@ class RayMeshIntersector:
     """Rays against a mesh, as trimesh.ray.ray_pyembree.RayMeshIntersector.
 
     geometry:     the mesh
-    scale_to_box: has no effect: answers depend neither on the scale nor on the place of a mesh
+    scale_to_box: has no effect
     device:       what morphray.Scene takes
 
     ray_origins and ray_directions are (n, 3) numbers; directions have any length but 0. A ray hits
     what it starts on, as in trimesh. A ray through an edge or a vertex of a closed mesh has one hit
-    there, where trimesh lists up to one a triangle. The hits of a ray follow each other, the closest
-    one first.
+    there, where trimesh lists up to one a triangle. Hits are by ray, the closest one first.
 
     Any number of threads may use it at the same time; nothing may change the mesh meanwhile.
     """
@@ -311,11 +303,9 @@ class RayMeshIntersector:
                       return_locations: bool = False, *,
                       excluded: Optional[ArrayLike] = None) -> Tuple[NDArray[Any], ...]:
         """Finds the triangles that rays hit: all of each ray, up to max_hits, or the closest one.
+        Returns (index_tri, index_ray), (h,) int64 each, and perhaps locations, (h, 3) float64.
 
         excluded: (n,) integers: for each ray a triangle that it leaves out, or -1
-
-        Returns (index_tri, index_ray), or (index_tri, index_ray, locations): (h,) int64 each, and
-        (h, 3) float64.
         """
         hits = self._hits(ray_origins, ray_directions, multiple_hits, max_hits, excluded)
         if return_locations:
@@ -344,9 +334,9 @@ class RayMeshIntersector:
         return self.intersects_first(ray_origins, ray_directions, excluded=excluded) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Finds which points are inside: those that the mesh winds around, as Scene.contains() says,
-        and those on a triangle. Nearer to the mesh than 2^-22 of its size, the side of the closest
-        triangle in float64 decides. None outside of the bounds is inside."""
+        """Finds which points are inside, as Scene.contains(). Nearer to the mesh than 2^-22 of its
+        size, the side of the closest triangle in float64 decides. None outside of the bounds is
+        inside."""
         rows = _rows(points, "points")
         self._followed.update()
         return self._followed.contains(rows)
@@ -384,8 +374,8 @@ class RayMeshIntersector:
         return _first_of_each(_Hits(*(array[order] for array in merged)), max_hits)
 
     def _cast_from(self, origins, directions):
-        """Rays in the frame. Those that start far away are moved up to the mesh: the nearer, the
-        less an origin is rounded. Directions keep their bits: they are scaled by powers of two."""
+        """Rays in the frame. Far ones are moved up to the mesh, so that origins are rounded less.
+        Directions are scaled by powers of two, which keep their bits."""
         frame = self._followed.frame
         with np.errstate(all="ignore"):
             exponents = np.frexp(np.abs(directions).max(axis=1, initial=0))[1]
@@ -405,7 +395,7 @@ class RayMeshIntersector:
         return _Hits(*(array[ahead] for array in hits))
 
     def _locate(self, found, rays, origins, directions):
-        """Hits with their places, and whether each lies at the origin of its ray or ahead of it."""
+        """Hits with their locations, and whether each lies at the origin of its ray or ahead."""
         triangles = found["prim_id"].astype(np.int64)
         p0, p1, p2 = np.moveaxis(self._followed.vertices[self._followed.faces[triangles]], 1, 0)
         normals = self._followed.normals(triangles)
@@ -441,9 +431,9 @@ class ProximityQuery:
     def on_surface(self, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
         """Finds the closest points of the mesh. Returns (closest, distance, triangle_id).
 
-        Where the closest point lies on an edge or a vertex, triangle_id is the triangle there that
-        faces the point most, as in trimesh; then the lowest. Where there is none, for a point that
-        is not finite or in an empty mesh, they are NaN, inf and -1.
+        At an edge or a vertex, triangle_id is the triangle that faces the point most, as in trimesh;
+        then the lowest. Without a closest point, as for one that is not finite, they are NaN, inf
+        and -1.
         """
         rows = _rows(points, "points")
         followed = self._followed
@@ -461,9 +451,9 @@ class ProximityQuery:
         return closest, distance, triangle_id
 
     def _face_points(self, found, points, closest, distance, triangle_id, chosen):
-        """Lets each chosen point have the triangle, of those around a corner, that faces it most."""
+        """Gives each chosen point the triangle around a corner that faces it most."""
         followed = self._followed
-        # A corner that the closest point is at, or whose edge it is on: that of the largest weight.
+        # The corner of the largest weight has all triangles that are as close.
         u, v = found["u"].astype(np.float64), found["v"].astype(np.float64)
         corner = np.argmax(np.stack([1 - u - v, u, v], axis=-1), axis=1)
         owner, faces = followed.faces_at(followed.faces[triangle_id[chosen], corner])
@@ -480,8 +470,8 @@ class ProximityQuery:
         triangle_id[at], closest[at], distance[at] = faces[best], on_face[best], apart[best]
 
     def signed_distance(self, points: ArrayLike) -> _Floats:
-        """The distances to the mesh, positive inside and within 1e-8 of it, as in trimesh. Inside
-        is that of RayMeshIntersector.contains_points()."""
+        """The distances to the mesh, positive inside (RayMeshIntersector.contains_points()) and within
+        1e-8 of it, as in trimesh."""
         rows = _rows(points, "points")
         distance = self.on_surface(rows)[1]
         outside = ~self._followed.contains(rows) & (distance > _MERGE)

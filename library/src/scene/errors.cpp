@@ -24,6 +24,9 @@ constexpr const char* kNames[] = {"bad_argument", "bad_input", "unavailable", "o
                                   "device_lost",  "busy",      "internal",    "cancelled"};
 static_assert(std::size(kNames) == static_cast<std::size_t>(ErrorCode::cancelled) + 1);
 
+// Made while there is memory: a copy takes none.
+const Error kNoMemory(ErrorCode::limit, mray::kOutOfMemory);
+
 }  // namespace
 
 const char* to_string(ErrorCode code) noexcept {
@@ -36,36 +39,26 @@ Error::Error(ErrorCode code, const std::string& message)
 Error::~Error() = default;
 
 namespace detail {
-namespace {
-
-// Made while there is memory: a copy takes none.
-const Error kNoMemory(ErrorCode::limit, mray::kOutOfMemory);
-
-[[noreturn]] void rethrow_translated() {
-    try {
-        throw;
-    } catch (const Error&) {
-        throw;
-    } catch (const mray::Error& error) {
-        throw Error(code_of(error.kind()), error.what());
-    } catch (const std::bad_alloc&) {
-        throw kNoMemory;
-    } catch (const std::length_error&) {
-        throw Error(ErrorCode::limit,
-                    "something is larger than memory can be; choose a smaller scene or image");
-    } catch (const std::exception& error) {
-        if (mray::is_out_of_threads(error)) throw Error(ErrorCode::limit, mray::kOutOfThreads);
-        throw Error(ErrorCode::internal, error.what());
-    }
-}
-
-}  // namespace
 
 void rethrow_as_public() {
     try {
-        rethrow_translated();
+        try {
+            throw;
+        } catch (const Error&) {
+            throw;
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const mray::Error& error) {
+            throw Error(code_of(error.kind()), error.what());
+        } catch (const std::length_error&) {
+            throw Error(ErrorCode::limit,
+                        "something is larger than memory can be; choose a smaller scene or image");
+        } catch (const std::exception& error) {
+            if (mray::is_out_of_threads(error)) throw Error(ErrorCode::limit, mray::kOutOfThreads);
+            throw Error(ErrorCode::internal, error.what());
+        }
     } catch (const std::bad_alloc&) {
-        // There was no memory for the text of an error.
+        // The text of another error may have thrown it.
         throw kNoMemory;
     }
 }

@@ -26,37 +26,31 @@ void check_textures(const MeshView& mesh) {
             throw_bad_argument("texcoords, texture_ids: given without textures");
         return;
     }
-    if (look.textures.size() > kMostTextures) {
+    if (look.textures.size() > kMostTextures)
         throw Error(ErrorCode::limit, fmt::format("textures: {}, but at most {} are possible",
                                                   look.textures.size(), kMostTextures));
-    }
     for (std::size_t i = 0; i < look.textures.size(); ++i) {
         const TextureView& texture = look.textures[i];
-        if (std::max(texture.width, texture.height) > kMaxTextureSide) {
+        if (std::max(texture.width, texture.height) > kMaxTextureSide)
             throw Error(ErrorCode::limit,
                         fmt::format("texture {}: {}x{} texels; at most {} a side are possible", i,
                                     texture.width, texture.height, kMaxTextureSide));
-        }
         if (texture.texels.empty() ||
-            texture.texels.size() != std::size_t{texture.width} * texture.height) {
+            texture.texels.size() != std::size_t{texture.width} * texture.height)
             throw_bad_argument("texture {}: {} texels for a size of {}x{}", i,
                                texture.texels.size(), texture.width, texture.height);
-        }
         if (texture.wrap != Wrap::repeat && texture.wrap != Wrap::clamp)
             throw_bad_argument("texture {}: wrap is neither repeat nor clamp", i);
-        if (!(texture.alpha_cutoff >= 0 && texture.alpha_cutoff <= 1)) {
+        if (!(texture.alpha_cutoff >= 0 && texture.alpha_cutoff <= 1))
             throw_bad_argument("texture {}: an alpha_cutoff of {}; must be from 0 to 1", i,
                                texture.alpha_cutoff);
-        }
     }
-    if (look.texcoords.size() != 2 * mesh.triangles.size()) {
+    if (look.texcoords.size() != 2 * mesh.triangles.size())
         throw_bad_argument("texcoords: {} floats for {} corners of triangles",
                            look.texcoords.size(), mesh.triangles.size());
-    }
     const std::size_t count = mesh.triangles.size() / 3;
-    if (!look.texture_ids.empty() && look.texture_ids.size() != count) {
+    if (!look.texture_ids.empty() && look.texture_ids.size() != count)
         throw_bad_argument("texture_ids: {} for {} triangles", look.texture_ids.size(), count);
-    }
     for (const std::uint32_t id : look.texture_ids) {
         if (id < look.textures.size() || id == kNoTexture) continue;
         throw_bad_argument("texture_ids: {}, but there are {} textures", id, look.textures.size());
@@ -67,40 +61,34 @@ void check(const Positions& positions) {
     if (positions.count > 0 && positions.data == nullptr)
         throw_bad_argument("positions: no data, but a count above 0");
     const std::size_t size = positions.has_doubles ? 3 * sizeof(double) : sizeof(Vec3);
-    if (positions.count > 1 && positions.stride < size) {
+    if (positions.count > 1 && positions.stride < size)
         throw_bad_argument("positions: a stride of {} bytes; three {} take {}", positions.stride,
                            positions.has_doubles ? "doubles" : "floats", size);
-    }
     if (positions.count > kMostVertices)
         throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
 }
 
 void check(const MeshView& mesh) {
-    const Positions& positions = mesh.positions;
-    check(positions);
-    if (mesh.triangles.size() % 3 != 0) {
+    check(mesh.positions);
+    if (mesh.triangles.size() % 3 != 0)
         throw Error(ErrorCode::bad_input,
                     fmt::format("triangles: {} indices, which is not a multiple of 3",
                                 mesh.triangles.size()));
-    }
     const Appearance& look = mesh.appearance;
     const std::size_t count = mesh.triangles.size() / 3;
-    if (count > mray::kMaxTriangles) {
+    if (count > mray::kMaxTriangles)
         throw Error(ErrorCode::limit,
                     fmt::format("triangles: {}, but at most 2^28 are possible", count));
-    }
-    if (!look.albedo.empty() && look.albedo.size() != count) {
+    if (!look.albedo.empty() && look.albedo.size() != count)
         throw_bad_argument("albedo: {} colours for {} triangles", look.albedo.size(), count);
-    }
-    if (!look.smooth.empty() && look.smooth.size() != mesh.triangles.size()) {
+    if (!look.smooth.empty() && look.smooth.size() != mesh.triangles.size())
         throw_bad_argument("smooth: {} numbers for {} corners of triangles", look.smooth.size(),
                            mesh.triangles.size());
-    }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        if (mesh.triangles[i] < positions.count) continue;
+        if (mesh.triangles[i] < mesh.positions.count) continue;
         throw Error(ErrorCode::bad_input,
                     fmt::format("triangle {} has vertex {}, but there are {} positions", i / 3,
-                                mesh.triangles[i], positions.count));
+                                mesh.triangles[i], mesh.positions.count));
     }
     check_textures(mesh);
     if (is_smooth_by_vertex(mesh)) return;
@@ -116,16 +104,6 @@ std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
     for (std::size_t i = 0; i < threes.size(); ++i)
         threes[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
     return threes;
-}
-
-std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_of(const MeshView& mesh) {
-    std::vector<std::shared_ptr<const mray::cpu::Texture>> textures;
-    for (const TextureView& texture : mesh.appearance.textures) {
-        textures.push_back(std::make_shared<const mray::cpu::Texture>(
-            texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp,
-            texture.alpha_cutoff));
-    }
-    return textures;
 }
 
 std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
@@ -164,7 +142,11 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     for (mray::Albedo& albedo : change.albedo)
         albedo = (albedo & kColour) | (look.shadow_catcher ? mray::kShadowCatcherBit : 0);
     if (!look.textures.empty()) {
-        change.slot.textures = textures_of(mesh);
+        for (const TextureView& texture : look.textures) {
+            change.slot.textures.push_back(std::make_shared<const mray::cpu::Texture>(
+                texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp,
+                texture.alpha_cutoff));
+        }
         change.texcoords = texcoords_of(look.texcoords);
         change.texture_ids.assign(look.texture_ids.begin(), look.texture_ids.end());
         change.texture_ids.resize(count, 0);
@@ -190,10 +172,9 @@ void MeshList::detach(std::uint32_t geom_id) {
 
 void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) {
     MeshSlot& mesh = slots_[geom_id];
-    if (positions.count != mesh.positions.count) {
+    if (positions.count != mesh.positions.count)
         throw_bad_argument("{} positions for a mesh that has {}", positions.count,
                            mesh.positions.count);
-    }
     check(positions);
     mesh.positions = positions;
 }
@@ -238,27 +219,22 @@ mray::TopologyChange MeshList::make_changes() {
         prim += slot.prim_count;
     }
     topology_.vertex_count = vertex;
-    move_triangles(runs, prim);
+    // Until now no mesh may have had a texture.
+    const std::size_t textured = textures_.empty() ? 0 : topology_.triangles.size();
+    texcoords_.resize(textured);
+    texture_ids_.resize(textured, mray::kNoTexture);
+    if (!textures_.empty()) {
+        move_kept(texcoords_, runs, prim);
+        move_kept(texture_ids_, runs, prim);
+    }
+    move_kept(topology_.triangles, runs, prim);
+    move_kept(topology_.albedo, runs, prim);
     for (auto& [id, change] : changes_)
         if (slots_[id].used) write(slots_[id], std::move(change));
     changes_.clear();
     return difference;
 }
 
-void MeshList::move_triangles(std::span<const KeptRange> runs, std::size_t count) {
-    // Until now no mesh may have had a texture.
-    const std::size_t textured = textures_.empty() ? 0 : topology_.triangles.size();
-    texcoords_.resize(textured);
-    texture_ids_.resize(textured, mray::kNoTexture);
-    if (!textures_.empty()) {
-        move_kept(texcoords_, runs, count);
-        move_kept(texture_ids_, runs, count);
-    }
-    move_kept(topology_.triangles, runs, count);
-    move_kept(topology_.albedo, runs, count);
-}
-
-/// Adds to the numbers of a mesh's triangles.
 void MeshList::renumber(const MeshSlot& slot, std::uint32_t vertex_shift,
                         std::uint32_t texture_shift) {
     const auto part_of = [&](auto& all) {
@@ -272,7 +248,6 @@ void MeshList::renumber(const MeshSlot& slot, std::uint32_t vertex_shift,
         if (id != mray::kNoTexture) id += texture_shift;
 }
 
-/// Writes the arrays of a new mesh to its slot.
 void MeshList::write(const MeshSlot& slot, Change change) {
     const auto copy = [&](const auto& from, auto& to) {
         std::copy(from.begin(), from.end(), to.begin() + slot.first_prim);

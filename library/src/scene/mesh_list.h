@@ -9,7 +9,6 @@
 #include "common/scene/textures.h"
 #include "common/update/replace_triangles.h"
 #include "cpu/image/texture.h"
-#include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 
 namespace morphray::detail {
@@ -19,7 +18,7 @@ struct MeshSlot {
     bool used = false;
     Positions positions;
     bool deforms = true;
-    /// Whether its triangles share the normals of their vertices, or those with these numbers.
+    /// Whether triangles share the normals of their vertices, or normals with the numbers `smooth`.
     bool is_smooth = false;
     std::shared_ptr<const std::vector<mray::uvec3>> smooth = nullptr;
     std::vector<std::shared_ptr<const mray::cpu::Texture>> textures = {};
@@ -27,7 +26,7 @@ struct MeshSlot {
     std::uint32_t first_vertex = 0;
     std::uint32_t first_prim = 0;
     std::uint32_t prim_count = 0;
-    /// The vertices that its triangles use, from its first one; the others are never read.
+    /// The vertices that its triangles use, counted from its first one.
     std::shared_ptr<const std::vector<mray::IndexRange>> used_vertices = nullptr;
     /// Its first vertex before the last changes were made; nothing for a mesh that came with them.
     std::optional<std::uint32_t> vertex_before = {};
@@ -52,8 +51,7 @@ struct KeptRange {
     std::size_t count;
 };
 
-/// Brings runs, which keep their order, to their places in an array that gets `size` elements. The
-/// elements between them have any value.
+/// Moves runs, which keep their order, in an array that gets `size` elements.
 template <class T>
 void move_kept(std::vector<T>& all, std::span<const KeptRange> runs, std::size_t size) {
     all.resize(std::max(all.size(), size));
@@ -73,13 +71,12 @@ class MeshList {
 public:
     /// Returns the geom_id: the lowest one that is free. Throws Error.
     std::uint32_t attach(const MeshView& mesh);
-    /// Throws Error if there is no such mesh.
     void detach(std::uint32_t geom_id);
-    /// Gives a mesh other positions. Throws Error, and changes nothing, if they do not fit.
+    /// Throws Error, and changes nothing, if the positions do not fit.
     void set_positions(std::uint32_t geom_id, const Positions& positions);
     bool has_changes() const { return !changes_.empty(); }
-    /// Makes the collected changes in place, and returns the difference. A list is of no use any
-    /// more after Error(limit): the meshes have too many positions or triangles together.
+    /// Makes the collected changes in place, and returns the difference. Too many positions or
+    /// triangles together throw Error(limit), after which the list is of no use any more.
     mray::TopologyChange make_changes();
 
     const mray::Topology& topology() const { return topology_; }
@@ -95,10 +92,9 @@ public:
         return std::ranges::any_of(textures_, [](auto& image) { return image->has_alpha_test(); });
     }
     std::span<const MeshSlot> slots() const { return slots_; }
-    /// The mesh, or nothing for a geom_id that is free or whose attach() is only collected.
+    /// Null for a geom_id that is free or whose attach() is only collected.
     const MeshSlot* find(std::uint32_t geom_id) const;
 
-    /// A hit of a triangle of the topology.
     Hit locate(float t, float u, float v, std::uint32_t prim_id) const {
         if (first_prims_.size() == 1) return {t, u, v, prim_id, geometry_ids_[0]};
         const auto after = std::upper_bound(first_prims_.begin(), first_prims_.end(), prim_id);
@@ -108,13 +104,11 @@ public:
 
     /// Of meshes with triangles, ascending.
     std::span<const std::uint32_t> first_prims() const { return first_prims_; }
-
     /// The number of triangles of the topology up to (geom_id, prim_id), which need not exist.
     std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;
 
 private:
-    /// The mesh that a geom_id will have, and its arrays. After detach() `slot.used` is false and
-    /// all arrays are empty. Without textures `texcoords` and `texture_ids` are empty.
+    /// The mesh that a geom_id will have, and its arrays, which are empty after detach().
     struct Change {
         MeshSlot slot = {};
         std::vector<mray::uvec3> triangles = {};
@@ -123,7 +117,6 @@ private:
         std::vector<std::uint32_t> texture_ids = {};
     };
 
-    void move_triangles(std::span<const KeptRange> runs, std::size_t count);
     void renumber(const MeshSlot& slot, std::uint32_t vertex_shift, std::uint32_t texture_shift);
     void write(const MeshSlot& slot, Change change);
 

@@ -59,10 +59,6 @@ void for_each_run(const Positions& positions, const mray::Origin& origin, std::s
     }
 }
 
-void fill_invalid(std::span<vec3> positions) {
-    std::ranges::fill(positions, vec3(mray::kInvalidCoordinate));
-}
-
 /// Calls `work(first, count)` for parts of [begin, end) in threads; joins results by extend().
 template <class Work>
 auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena, Work work) {
@@ -168,7 +164,6 @@ mray::PoseExtent PoseReader::extent_of(const MeshList& meshes, mray::ThreadArena
     return all;
 }
 
-/// Brings all positions into another space.
 void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
                          mray::ThreadArena& arena) {
     std::map<std::uint32_t, KeptPositions> kept;
@@ -227,7 +222,8 @@ std::vector<mray::IndexRange> PoseReader::read_list(const MeshList& meshes,
         if (!mesh.used) continue;
         const MeshVertices all{&mesh, 0, mesh.vertex_count()};
         if (!mesh.vertex_before) {
-            fill_invalid(std::span(positions_).subspan(mesh.first_vertex, all.count));
+            std::ranges::fill(std::span(positions_).subspan(mesh.first_vertex, all.count),
+                              vec3(mray::kInvalidCoordinate));
             read_of_mesh(all, arena);
         } else if (mesh.deforms) {
             kept.push_back(all);

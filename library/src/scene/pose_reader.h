@@ -2,7 +2,6 @@
 #pragma once
 
 #include "common/base/thread_arena.h"
-#include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "library/src/scene/mesh_list.h"
@@ -10,7 +9,6 @@
 
 namespace morphray::detail {
 
-/// Vertices [first, first + count) of a mesh.
 struct MeshVertices {
     const MeshSlot* mesh;
     std::size_t first;
@@ -21,13 +19,12 @@ struct MeshVertices {
 /// space, which is space_of_pose() of bounds and positions. Vertices that no triangle uses are
 /// kInvalidCoordinate, as if they were not finite.
 ///
-/// Another space takes positions that may not be read again, since the caller may be writing to
-/// them. Scene space gives them back but for coordinates that are very small and vertices that are
-/// left out; meshes with such are kept in world space as well.
+/// Another space cannot read positions again, since the caller may be writing to them. Scene space
+/// gives them back but for very small coordinates and vertices that are left out. Meshes with such
+/// are kept in world space as well.
 class PoseReader {
 public:
-    /// `target` is for the conversion. `bounds` are in the caller's coordinates. Without them,
-    /// those of the first positions that are read are taken.
+    /// `bounds` are in the caller's coordinates; nothing: those of the first positions.
     PoseReader(const std::optional<Box>& bounds, const Point& origin,
                const mray::SimdTarget& target);
 
@@ -36,16 +33,15 @@ public:
     /// The bounds that the space follows; empty before there is a position.
     const mray::WorldBounds& bounds() const { return bounds_; }
     std::span<const mray::vec3> positions() const { return positions_; }
-    /// The position of a vertex in world space, as it was read; the vertex is not left out.
+    /// As it was read. The vertex is not left out.
     mray::vec3 world_position(std::uint32_t vertex) const;
 
     /// The positions that are read next give the bounds.
     void forget_bounds() { bounds_ = {}; }
-    /// Reads the positions of a list whose changes have been made. Meshes that do not deform and
-    /// were there before are not read. Returns vertices besides which none of a mesh that was there
-    /// has changed in scene space.
+    /// Reads the positions of new and deforming meshes of a list whose changes have been made.
+    /// Returns the vertices of meshes that were there before that may have changed in scene space.
     std::vector<mray::IndexRange> read_list(const MeshList& meshes, mray::ThreadArena& arena);
-    /// Reads these vertices. Returns vertices besides which none has changed in scene space.
+    /// Reads these vertices. Returns those that may have changed in scene space.
     std::vector<mray::IndexRange> read(const MeshList& meshes,
                                        std::span<const MeshVertices> vertices,
                                        mray::ThreadArena& arena);
