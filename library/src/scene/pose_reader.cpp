@@ -298,8 +298,8 @@ bool rounds_coarsely(const Positions& positions, const Point& origin) {
         const mray::Origin from{{origin[0], origin[1], origin[2]}};
         // With a size of s and a farthest coordinate of f, coarse means that 2^-24 f > 1e-6 s. A
         // few positions have at least f - s, so that nothing is coarse if theirs is below 8 sizes.
-        constexpr std::size_t kSamples = 16;
-        const std::size_t step = std::max<std::size_t>(positions.count / kSamples, 1);
+        constexpr std::size_t kSampled = 16;
+        const std::size_t step = std::max<std::size_t>(positions.count / kSampled, 1);
         glm::dvec3 lower = detail::load(positions, 0);
         glm::dvec3 upper = lower;
         for (std::size_t i = 0; i < positions.count; i += step) {
