@@ -194,32 +194,29 @@ def test_a_view_along_up_has_another_up(along, instead):
         assert np.allclose(rays, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    "ask, error, reason",
-    [
-        (lambda s: s.cast_rays(RAYS.astype(complex)), TypeError, "rays: dtype float32"),
-        (lambda s: s.count_intersections(RAYS[0, :5]), ValueError, "rays: a shape of"),
-        (lambda s: s.compute_distance(RAYS), ValueError, "points: a shape of"),
-        (lambda s: s.add_triangles(POINTS), TypeError, "not ndarray"),
-        (lambda s: s.add_triangles(POINTS.astype(int), cube()[1]), TypeError, "float32"),
-        (lambda s: s.add_triangles(POINTS, cube()[1]), morphray.Error, "has vertex"),
-        (lambda s: morphray.open3d.RaycastingScene(device="SYCL:0"), ValueError, "SYCL:0"),
-        (lambda s: s.create_rays_pinhole(np.eye(3), np.eye(3), 4, 4), ValueError,
-         r"extrinsic_matrix: a shape of \(4, 4\)"),
-        (lambda s: s.create_rays_pinhole(np.diag([1, 0, 1]), np.eye(4), 4, 4), np.linalg.LinAlgError,
-         "Singular matrix"),
-        (lambda s: s.create_rays_pinhole(60, [1, 2, 3], [1, 2, 3], [0, 1, 0], 4, 4), ValueError,
-         "eye and center are both"),
-        (lambda s: s.create_rays_pinhole(60, [1, 2, 3], [0, 0, 0], [0, 0, 0], 4, 4), ValueError,
-         "up: .* has no direction"),
-        (lambda s: s.create_rays_pinhole(180, [1, 2, 3], [0, 0, 0], [0, 1, 0], 4, 4), ValueError,
-         "fov_deg: 180 is not"),
-        (lambda s: s.create_rays_pinhole(60, [np.nan, 2, 3], [0, 0, 0], [0, 1, 0], 4, 4), ValueError,
-         "not finite"),
-        (lambda s: s.create_rays_pinhole(60, [0, 0, 0], [1e39, 0, 0], [0, 1, 0], 4, 4), ValueError,
-         "too large for float32"),
-    ],
-)
+@pytest.mark.parametrize("ask, error, reason", [
+    (lambda s: s.cast_rays(RAYS.astype(complex)), TypeError, "rays: dtype float32"),
+    (lambda s: s.count_intersections(RAYS[0, :5]), ValueError, "rays: a shape of"),
+    (lambda s: s.compute_distance(RAYS), ValueError, "points: a shape of"),
+    (lambda s: s.add_triangles(POINTS), TypeError, "not ndarray"),
+    (lambda s: s.add_triangles(POINTS.astype(int), cube()[1]), TypeError, "float32"),
+    (lambda s: s.add_triangles(POINTS, cube()[1]), morphray.Error, "has vertex"),
+    (lambda s: morphray.open3d.RaycastingScene(device="SYCL:0"), ValueError, "SYCL:0"),
+    (lambda s: s.create_rays_pinhole(np.eye(3), np.eye(3), 4, 4), ValueError,
+     r"extrinsic_matrix: a shape of \(4, 4\)"),
+    (lambda s: s.create_rays_pinhole(np.diag([1, 0, 1]), np.eye(4), 4, 4), np.linalg.LinAlgError,
+     "Singular matrix"),
+    (lambda s: s.create_rays_pinhole(60, [1, 2, 3], [1, 2, 3], [0, 1, 0], 4, 4), ValueError,
+     "eye and center are both"),
+    (lambda s: s.create_rays_pinhole(60, [1, 2, 3], [0, 0, 0], [0, 0, 0], 4, 4), ValueError,
+     "up: .* has no direction"),
+    (lambda s: s.create_rays_pinhole(180, [1, 2, 3], [0, 0, 0], [0, 1, 0], 4, 4), ValueError,
+     "fov_deg: 180 is not"),
+    (lambda s: s.create_rays_pinhole(60, [np.nan, 2, 3], [0, 0, 0], [0, 1, 0], 4, 4), ValueError,
+     "not finite"),
+    (lambda s: s.create_rays_pinhole(60, [0, 0, 0], [1e39, 0, 0], [0, 1, 0], 4, 4), ValueError,
+     "too large for float32"),
+])
 def test_bad_arguments(ask, error, reason):
     scene = cube_scene()
     with pytest.raises(error, match=reason):

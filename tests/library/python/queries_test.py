@@ -1,4 +1,4 @@
-"""All hits, insides and closest points, in arrays of their dtypes."""
+"""Hits, all hits, insides and closest points, in arrays of their dtypes."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,42 @@ from scenes import DOWN, assert_same_bits, cube, grid, random_rays, six, sphere,
 
 def random_points(count, seed=2, size=1.5):
     return np.random.default_rng(seed).uniform(-size, size, (count, 3)).astype(np.float32)
+
+
+def test_rays_of_all_layouts_are_the_same_rays():
+    points, triangles = grid(3)
+    scene = morphray.Scene(points, triangles)
+    rays = random_rays(points, 300_000)  # more than a batch has
+    rays[:, 3], rays[:, 7] = 0, np.inf
+    fields = np.ascontiguousarray(rays).view(morphray.ray_dtype)[:, 0]
+    shifted = np.empty(rays.nbytes + 1, np.uint8)[1:].view(np.float32).reshape(rays.shape)
+    shifted[:] = rays
+    for ask in [scene.intersect, scene.occluded, scene.count]:
+        expected = ask(rays)
+        for same in [six(rays), fields, np.asfortranarray(rays), shifted]:
+            assert_same_bits(ask(same), expected)
+        assert_same_bits(ask(fields[::-1])[::-1].copy(), expected)
+        assert_same_bits(ask(rays.reshape(3, 100_000, 8)), expected.reshape(3, -1))
+    assert np.array_equal(np.diff(scene.intersect_all(six(rays)).offsets), expected)
+
+
+@pytest.mark.parametrize("coherence", ["none", "sort", 0, 70, 2**32 - 1])
+def test_answers_are_the_same_whatever_is_said_of_the_rays(coherence):
+    points, triangles = grid(20)
+    scene = morphray.Scene(points, triangles)
+    rays = random_rays(points, 2800).reshape(40, 70, 8)
+    for ask in [scene.intersect, scene.occluded, scene.count]:
+        assert_same_bits(ask(rays, coherence=coherence), ask(rays))
+
+
+def test_occlusion_and_hit_of_a_triangle():
+    scene = morphray.Scene(*triangle())
+    hit = scene.intersect(DOWN)[0]
+    assert hit.tolist() == (1, np.float32(0.2), np.float32(0.3), 0, 0)
+    assert scene.occluded(DOWN).tolist() == [True]
+    for tnear, tfar, is_hit in [(0, 0.9, False), (1.1, np.inf, False), (0.9, 1.1, True)]:
+        limited = np.array([[0.2, 0.3, 1, tnear, 0, 0, -1, tfar]], np.float32)
+        assert scene.occluded(limited).tolist() == [is_hit]
 
 
 def test_answers_have_their_dtypes():
@@ -46,19 +82,6 @@ def test_open_edges_are_counted():
     assert "22 twins" in repr(edges)
 
 
-def test_rays_of_all_layouts_are_the_same_rays():
-    points, triangles = grid(3)
-    scene = morphray.Scene(points, triangles)
-    rays = random_rays(points, 300_000)  # more than a batch has
-    rays[:, 3], rays[:, 7] = 0, np.inf
-    expected = scene.count(rays)
-    assert np.array_equal(scene.count(six(rays)), expected)
-    assert np.array_equal(np.diff(scene.intersect_all(six(rays)).offsets), expected)
-    fields = np.ascontiguousarray(rays).view(morphray.ray_dtype)[:, 0]
-    assert np.array_equal(scene.count(fields[::-1])[::-1], expected)
-    assert np.array_equal(scene.count(rays.reshape(3, 100_000, 8)), expected.reshape(3, -1))
-
-
 def test_nothing_is_found_beyond_max_distance():
     scene = morphray.Scene(*triangle())
     above = np.array([[0.25, 0.25, 2]], np.float32)
@@ -83,7 +106,8 @@ def test_scenes_without_triangles_and_no_queries_have_answers():
     scene = morphray.Scene(*triangle())
     for shape in [(0, 6), (3, 0, 8)]:
         rays = np.empty(shape, np.float32)
-        assert scene.count(rays).shape == shape[:-1]
+        for ask in [scene.intersect, scene.occluded, scene.count]:
+            assert ask(rays).shape == shape[:-1]
         assert scene.intersect_all(rays).offsets.tolist() == [0]
         assert scene.intersect_all(rays).ray_ids.shape == (0,)
     for shape in [(0, 3), (3, 0, 3)]:
@@ -97,13 +121,105 @@ def test_results_are_written_to_out():
     scene = morphray.Scene(points, triangles)
     rays, where = random_rays(points, 400), random_points(400).reshape(20, 20, 3)
     for ask, asked, dtype in [
+        (scene.intersect, rays, morphray.hit_dtype), (scene.occluded, rays, np.bool_),
         (scene.count, rays, np.int64), (scene.winding, where, np.int32),
         (scene.contains, where, np.bool_), (scene.signed_distance, where, np.float32),
     ]:
         out = np.empty(asked.shape[:-1], dtype)
         assert ask(asked, out) is out
         assert_same_bits(ask(asked), out)
+    part = np.zeros(402, morphray.hit_dtype)
+    scene.intersect(rays, part[1:-1])
+    assert_same_bits(part[1:-1].copy(), scene.intersect(rays))
+    assert part[0] == part[-1] == np.zeros((), morphray.hit_dtype)
     out = np.empty((20, 20), morphray.closest_dtype)
     assert scene.closest_points(where, out=out) is out
     assert_same_bits(scene.closest_points(where), out)
     assert_same_bits(scene.closest_points(where[:, ::-1])[:, ::-1].copy(), out)
+
+
+class FromDlpack:
+    """An array of another library."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __dlpack__(self, **kwargs):
+        return self.array.__dlpack__(**kwargs)
+
+    def __dlpack_device__(self):
+        return self.array.__dlpack_device__()
+
+
+def test_numbers_of_all_kinds_are_taken():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles)
+    hits = scene.intersect(DOWN)
+    for rays in (DOWN.astype(np.float64), DOWN.tolist(), FromDlpack(DOWN)):
+        assert_same_bits(scene.intersect(rays), hits)
+    assert_same_bits(scene.intersect(DOWN[0]), hits[0])
+    assert scene.occluded(DOWN[0].tolist()).shape == ()
+    assert scene.closest_points([0.2, 0.2, 1])["distance"] == 1
+    doubles = points.astype(np.float64)
+    for mesh in (doubles, points.tolist(), FromDlpack(points)):
+        assert_same_bits(morphray.Scene(mesh, triangles.tolist()).intersect(DOWN), hits)
+    moving = morphray.Scene(doubles, triangles)
+    doubles[:, 2] += 0.5
+    points[:, 2] += 0.5
+    moving.update()
+    scene.update()
+    assert_same_bits(moving.intersect(DOWN), scene.intersect(DOWN))
+
+
+def test_rays_see_some_triangles():
+    points, triangles = triangle()
+    scene = morphray.Scene([(points, triangles), (points - np.float32([0, 0, 1]), triangles)])
+    near = scene.intersect(DOWN)
+    seen = near["prim_id"] != morphray.INVALID_ID
+    assert seen.any()
+    far = scene.intersect(DOWN, visible=np.array([False, True]))
+    assert (far["geom_id"][seen] == 1).all()
+    assert_same_bits(scene.intersect(DOWN, excluded=near), far)
+    ids = np.stack([near["geom_id"], near["prim_id"]], axis=-1)
+    assert_same_bits(scene.intersect(DOWN, excluded=ids), far)
+    assert (scene.count(DOWN, excluded=near)[seen] == 1).all()
+    assert (scene.intersect_all(DOWN, excluded=near).hits["geom_id"] == 1).all()
+    assert not scene.occluded(DOWN, visible=np.zeros(2, bool)).any()
+    for size in (0, 1, 3):
+        with pytest.raises(morphray.Error, match=f"visible: {size} flags, but 2 geom_ids"):
+            scene.occluded(DOWN, visible=np.ones(size, bool))
+    assert morphray.Scene([]).occluded(DOWN, visible=np.ones(0, bool)).shape == DOWN.shape[:-1]
+
+
+def test_empty_lists_and_arrays_of_others_are_taken():
+    points, triangles = triangle()
+
+    class Frame:
+        def __init__(self, array):
+            self.array = array
+
+        def __array__(self, dtype=None, copy=None):
+            return self.array
+
+    scene = morphray.Scene(Frame(points), Frame(triangles))
+    assert_same_bits(scene.intersect(Frame(DOWN)), morphray.Scene(points, triangles).intersect(DOWN))
+    assert scene.intersect([]).shape == scene.occluded([], excluded=[]).shape == (0,)
+    assert scene.intersect_all([]).offsets.tolist() == [0]
+    assert scene.contains([]).shape == scene.closest_points([]).shape == (0,)
+    assert morphray.Scene(points, []).triangle_count == morphray.Scene([], []).vertex_count == 0
+    assert scene.attach([], []) == 1
+    unmasked = np.ma.masked_equal(points, 9)
+    assert_same_bits(morphray.Scene(unmasked, triangles).intersect(DOWN), scene.intersect(DOWN))
+
+
+def test_normals_of_hits():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles)
+    hits = scene.intersect(DOWN)
+    seen = hits["prim_id"] != morphray.INVALID_ID
+    for smooth in (False, True):
+        normals = scene.normals(hits, smooth=smooth)
+        assert np.allclose(np.abs(normals[seen]), [0, 0, 1])
+        assert not normals[~seen].any()
+    closest = scene.closest_points(points)
+    assert np.allclose(scene.normals(closest), normals[seen][0])

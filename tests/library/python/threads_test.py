@@ -1,6 +1,5 @@
 """The GIL is released while work runs, and calls that do not go together are told so."""
 
-import concurrent.futures
 import os
 import signal
 import threading
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 import morphray
-from scenes import assert_same_bits, grid, random_rays
+from scenes import grid, random_rays
 
 
 def assert_gil_is_released(work):
@@ -62,22 +61,6 @@ def test_queries_release_the_gil(brute):
         assert_gil_is_released(lambda: call(queries))
     assert_gil_is_released(lambda: morphray.compare(brute, brute, rays))
     assert_gil_is_released(lambda: brute.render((64, 64)))
-
-
-def test_many_threads_may_query_one_scene():
-    points, triangles = grid(50)
-    scene = morphray.Scene(points, triangles)
-    rays = random_rays(points, 5000)
-
-    def query(_):
-        scene.render((8, 8))
-        return scene.intersect(rays), scene.closest_points(rays[:, :3])
-
-    expected = query(0)
-    with concurrent.futures.ThreadPoolExecutor(4) as threads:
-        for answers in threads.map(query, range(40)):
-            for answer, one in zip(answers, expected):
-                assert_same_bits(answer, one)
 
 
 def test_query_during_an_update_is_busy(large):

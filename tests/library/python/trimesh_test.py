@@ -1,6 +1,5 @@
 """morphray.trimesh answers as trimesh does, in float64, for any mesh with vertices and faces."""
 
-
 import numpy as np
 import pytest
 
@@ -20,10 +19,7 @@ class Mesh:
 class HashedMesh(Mesh):
     """With a hash of its contents, as trimesh.Trimesh has."""
 
-    hashes = 0
-
     def __hash__(self):
-        HashedMesh.hashes += 1
         return hash(self.vertices.tobytes())
 
 
@@ -75,15 +71,6 @@ def test_a_ray_hits_what_it_starts_on_and_nothing_behind():
     assert (rays.intersects_first(middle - 1e-12 * normals, normals) == np.arange(len(faces))).all()
     inwards = rays.intersects_first(middle - 1e-12 * normals, -normals)
     assert (inwards >= 0).all() and not (inwards == np.arange(len(faces))).any()
-
-
-def test_a_closed_mesh_is_left_once_through_each_vertex_and_edge():
-    points, faces = sphere()
-    rays, _ = queries(Mesh(points, faces))
-    ends = np.concatenate([points, points[faces[:, 0]] + points[faces[:, 1]]]).astype(np.float64)
-    origins = np.zeros_like(ends)
-    assert (np.bincount(rays.intersects_id(origins, ends)[1], minlength=len(ends)) == 1).all()
-    assert rays.intersects_any(origins, ends).all()
 
 
 @pytest.mark.parametrize("scale", [1e-90, 1e-5, 1, 1e8, 1e90])
@@ -244,27 +231,24 @@ def test_numbers_that_are_not_finite_have_answers():
     assert rays.intersects_id([[0.25, 0.3, -1]], [[0, 0, 1]])[1].tolist() == [0]
 
 
-@pytest.mark.parametrize(
-    "ask, error, reason",
-    [
-        (lambda r, n: r.intersects_any([[0, 0, 0]], [[0, 0]]), ValueError,
-         r"ray_directions: .* \(1, 2\)"),
-        (lambda r, n: r.intersects_any([0, 0, 0], [0, 0, 1]), ValueError, "ray_origins: a shape"),
-        (lambda r, n: r.intersects_id([[0, 0, 0]] * 2, [[0, 0, 1]]), ValueError, "2 and 1 rows"),
-        (lambda r, n: r.intersects_id(*UP, max_hits=-1), ValueError, "max_hits: -1 is below 0"),
-        (lambda r, n: r.contains_points([[0, 0]]), ValueError, "points: a shape"),
-        (lambda r, n: n.on_surface("here"), ValueError, ""),
-        (lambda r, n: n.on_surface([[[0, 0, 0]]]), ValueError, "points: a shape"),
-        (lambda r, n: queries(Mesh(cube()[0], [[0, 1, 8]]))[0].contains_points([[0, 0, 0]]),
-         morphray.Error, "vertex 8"),
-        (lambda r, n: queries(Mesh(cube()[0], [[0, 1.5, 2]]))[0].contains_points([[0, 0, 0]]),
-         TypeError, "faces: integers"),
-        (lambda r, n: queries(Mesh(cube()[0][:, :2], cube()[1]))[0].contains_points([[0, 0, 0]]),
-         ValueError, "vertices: a shape"),
-        (lambda r, n: morphray.trimesh.ProximityQuery(Mesh(*cube()), device="x").on_surface([[0, 0, 0]]),
-         ValueError, "device: "),
-    ],
-)
+@pytest.mark.parametrize("ask, error, reason", [
+    (lambda r, n: r.intersects_any([[0, 0, 0]], [[0, 0]]), ValueError,
+     r"ray_directions: .* \(1, 2\)"),
+    (lambda r, n: r.intersects_any([0, 0, 0], [0, 0, 1]), ValueError, "ray_origins: a shape"),
+    (lambda r, n: r.intersects_id([[0, 0, 0]] * 2, [[0, 0, 1]]), ValueError, "2 and 1 rows"),
+    (lambda r, n: r.intersects_id(*UP, max_hits=-1), ValueError, "max_hits: -1 is below 0"),
+    (lambda r, n: r.contains_points([[0, 0]]), ValueError, "points: a shape"),
+    (lambda r, n: n.on_surface("here"), ValueError, ""),
+    (lambda r, n: n.on_surface([[[0, 0, 0]]]), ValueError, "points: a shape"),
+    (lambda r, n: queries(Mesh(cube()[0], [[0, 1, 8]]))[0].contains_points([[0, 0, 0]]),
+     morphray.Error, "vertex 8"),
+    (lambda r, n: queries(Mesh(cube()[0], [[0, 1.5, 2]]))[0].contains_points([[0, 0, 0]]),
+     TypeError, "faces: integers"),
+    (lambda r, n: queries(Mesh(cube()[0][:, :2], cube()[1]))[0].contains_points([[0, 0, 0]]),
+     ValueError, "vertices: a shape"),
+    (lambda r, n: morphray.trimesh.ProximityQuery(Mesh(*cube()), device="x").on_surface([[0, 0, 0]]),
+     ValueError, "device: "),
+])
 def test_bad_arguments(ask, error, reason):
     rays, nearest = queries(Mesh(*cube()))
     with pytest.raises(error, match=reason):
