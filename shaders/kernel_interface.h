@@ -1,6 +1,6 @@
 // The interface of host and kernels: binding numbers, sizes, arguments, and the records that
 // kernels pass on. (The scene's layout is in common/interop/bvh_layout.h.)
-// tests/shaders/layout_test.cpp compares the offsets with those of the compiled SPIR-V.
+// tests/shaders/spirv_test.cpp compares the offsets with those of the compiled SPIR-V.
 #ifndef SHADERS_KERNEL_INTERFACE_H
 #define SHADERS_KERNEL_INTERFACE_H
 

@@ -14,8 +14,8 @@
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "scenes/procedural/procedural.h"
+#include "tests/support/animation_positions.h"
 #include "tests/support/backend_results.h"
-#include "tests/support/scene_frames.h"
 
 namespace mray::test {
 namespace {
@@ -26,15 +26,6 @@ struct FrameHashes {
     ImageHashes image;
     bool operator==(const FrameHashes&) const = default;
 };
-
-ImageParams params_of(SceneFrames& frames) {
-    ViewSpec view;
-    view.width = 96;
-    view.height = 64;
-    view.rays = kRaysAo;
-    view.ao_count = 4;
-    return frames.image_params(view);
-}
 
 /// Takes each step in turn, the background build at the same time as traces.
 class EveryStep final : public UpdatePolicy {
@@ -56,15 +47,22 @@ private:
 
 /// The steps of an animation, and the hashes of its trees and images.
 std::vector<FrameHashes> take_every_step(const char* scene, std::uint64_t triangles, int threads) {
-    SceneFrames frames(make_procedural(scene, triangles));
-    const Topology& topology = frames.animation().topology();
+    const std::unique_ptr<Animation> animation = make_procedural(scene, triangles);
+    const SceneSpace space(animation->bounds());
+    const auto positions = [&](double frame) {
+        std::vector<vec3> at = positions_at(*animation, frame);
+        space.to_scene(at, at);
+        return at;
+    };
+    const ImageParams params = make_image_params(
+        {.width = 96, .height = 64, .rays = kRaysAo, .ao_count = 4}, animation->bounds(), space);
     const auto tracer = cpu::make_cpu_backend({.threads = threads});
-    TreeUpdater updater(topology, frames.positions(0), *tracer, std::make_unique<EveryStep>(),
+    TreeUpdater updater(animation->topology(), positions(0), *tracer, std::make_unique<EveryStep>(),
                         {.threads = threads}, {.deterministic = true});
     std::vector<FrameHashes> hashes;
     for (int frame = 1; frame <= 6; ++frame) {
-        const TreeUpdate& update = updater.update(frames.positions(2 * frame));
-        hashes.push_back({name_of(update.step), 0, image_hashes(*tracer, params_of(frames))});
+        const TreeUpdate& update = updater.update(positions(2 * frame));
+        hashes.push_back({name_of(update.step), 0, image_hashes(*tracer, params)});
         hashes.back().tree = bvh_hash(updater.tree());
         updater.frame_done(last_trace(*tracer));
     }

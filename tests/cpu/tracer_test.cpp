@@ -7,6 +7,7 @@
 #include <cfenv>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@
 #include "cpu/cpu_backend.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "cpu/single_ray/single_ray_tracer.h"
+#include "tests/support/late_boxes.h"
 #include "tests/support/oracle.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
@@ -26,27 +29,6 @@ namespace mray {
 namespace {
 
 using namespace test;
-
-/// Rays (out of all) that two tracers answer differently.
-template <class A, class B>
-std::size_t count_differences(const A& a, const B& b, const std::vector<Ray>& rays) {
-    std::size_t count = 0;
-    for (const Ray& ray : rays) {
-        count +=
-            !same_bits(a.intersect(ray), b.intersect(ray)) || a.occluded(ray) != b.occluded(ray);
-    }
-    return count;
-}
-
-TEST(ScalarTracer, AnswersLikeBruteForceOnEveryScene) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const cpu::BruteTracer brute(scene.topology(), scene.positions());
-        const std::vector<Ray> rays = mixed_rays(scene, 3000, 17);
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, rays), 0u) << named.name;
-    }
-}
 
 TEST(BruteTracer, AgreesWithTheOracleWhereTheOracleIsSure) {
     for (const NamedScene& named : adversarial_scenes()) {
@@ -109,51 +91,6 @@ TEST(OriginInThePlaneOfATriangle, HitsItNeitherFromItsInsideNorFromBeside) {
         org.z = 0;
         EXPECT_FALSE(brute.occluded(scene_ray(scene, org, random.point())));
     }
-}
-
-/// Rays that hit nothing though they start inside a closed mesh, within origin_extent of its
-/// largest coordinate.
-std::size_t count_leaks(const TestScene& scene, double origin_extent, std::size_t count) {
-    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const cpu::ScalarTracer tracer(bvh);
-    float largest = 0;
-    for (const vec3& p : scene.positions()) largest = std::max(largest, largest_component(p));
-    const double extent = origin_extent * largest;
-    Random random(51);
-    const auto& positions = scene.positions();
-    const auto& triangles = scene.topology().triangles;
-    std::size_t leaks = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        const vec3 org = snap_point(random.point(extent));
-        const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
-        const vec3 a = positions[t.x];
-        const vec3 b = positions[t.y];
-        // At vertices, at points of edges, along axes through vertices, anywhere.
-        const auto f = static_cast<float>(random.real(0, 1));
-        vec3 target = i % 4 == 0   ? a
-                      : i % 4 == 1 ? a + (b - a) * f
-                      : i % 4 == 2 ? random.point(kSceneExtent)
-                                   : a;
-        vec3 from = org;
-        if (i % 4 == 3) {
-            const auto axis = static_cast<int>(i / 4 % 3);
-            from = a;
-            from[axis] = 0;
-            if (largest_component(from) > extent || from == target) continue;
-        }
-        Ray ray{from, 0, canonical_direction(target - from), kInfiniteT};
-        leaks += tracer.intersect(ray).prim_id == kNoPrim;
-        leaks += !tracer.occluded(ray);
-    }
-    return leaks;
-}
-
-TEST(ClosedMesh, LetsNoRayOutAtVerticesAndEdges) {
-    EXPECT_EQ(count_leaks(icosphere(4), 0.5, 200000), 0u);
-    EXPECT_EQ(count_leaks(grid_box(16), 0.9, 200000), 0u);
-    EXPECT_EQ(count_leaks(star(4, 3), 0.08, 200000), 0u);
-    EXPECT_EQ(count_leaks(icosphere(3, 2, {148376, 1234, -223423}), 0.5, 100000), 0u);
-    EXPECT_EQ(count_leaks(icosphere(2, 1e-12), 0.5, 100000), 0u);
 }
 
 #ifdef __SSE__
@@ -311,6 +248,47 @@ TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
         }
     }
     EXPECT_GT(dark, 100u);
+}
+
+/// The closest hits, each of which must be the first triangle's.
+std::vector<Hit> true_hits(const LateBoxes& scene, std::span<const Ray> rays) {
+    const cpu::BruteTracer brute(scene.topology, scene.positions);
+    std::vector<Hit> hits;
+    for (const Ray& ray : rays) {
+        hits.push_back(brute.intersect(ray));
+        EXPECT_EQ(hits.back().prim_id, 0u);
+    }
+    return hits;
+}
+
+TEST(LateBoxes, AreEnteredByTheScalarTracerAndSingleRaysOnEveryTarget) {
+    const LateBoxes scene = late_boxes(63);
+    const LateBoxes all_late = late_boxes(kNoPrim);
+    for (const std::size_t count : {1, 3, 8, 64, 500}) {
+        const std::vector<Ray> rays = rays_at_late_boxes(count);
+        const std::vector<Hit> expected = true_hits(scene, rays);
+        // The same rays, which end at their hits.
+        std::vector<Ray> ending = rays;
+        for (std::size_t i = 0; i < count; ++i) {
+            ending[i].tfar = expected[i].t;
+            EXPECT_TRUE(same_bits(cpu::ScalarTracer(scene.bvh).intersect(rays[i]), expected[i]));
+            const cpu::ScalarTracer late_tracer(all_late.bvh);
+            EXPECT_TRUE(same_bits(late_tracer.intersect(ending[i]), expected[i]));
+            EXPECT_TRUE(late_tracer.occluded(ending[i]));
+        }
+        for (const SimdTarget& target : supported_simd_targets()) {
+            SCOPED_TRACE(target.name);
+            std::vector<Hit> hits(count);
+            cpu::SingleRayTracer(scene.bvh, target).intersect(rays, hits);
+            EXPECT_TRUE(same_bytes(hits, expected)) << count;
+            const cpu::SingleRayTracer late_tracer(all_late.bvh, target);
+            late_tracer.intersect(ending, hits);
+            EXPECT_TRUE(same_bytes(hits, expected)) << count;
+            std::vector<std::uint8_t> occluded(count, 0);
+            late_tracer.occluded(ending, occluded);
+            EXPECT_EQ(std::ranges::count(occluded, 1), std::ssize(occluded)) << count;
+        }
+    }
 }
 
 }  // namespace

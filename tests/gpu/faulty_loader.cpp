@@ -172,9 +172,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_function(VkInstance instance, const
     const PFN_vkVoidFunction real = real_loader()(instance, name);
     if (real == nullptr) return nullptr;
     const std::string_view wanted = name;
-    for (const Entry& entry : kFailing) {
+    for (const Entry& entry : kFailing)
         if (entry.name == wanted) return entry.wrap(real);
-    }
     if (wanted == "vkEnumeratePhysicalDevices") {
         ListDevices::wrap(real);
         return reinterpret_cast<PFN_vkVoidFunction>(&list_devices);
@@ -183,15 +182,12 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_function(VkInstance instance, const
         CreateModule::wrap(real);
         return reinterpret_cast<PFN_vkVoidFunction>(&create_module);
     }
-    if (wanted == "vkGetPhysicalDeviceProperties") {
+    if (wanted == "vkGetPhysicalDeviceProperties")
         return replace<PFN_vkGetPhysicalDeviceProperties>(real, &properties);
-    }
-    if (wanted == "vkGetPhysicalDeviceProperties2") {
+    if (wanted == "vkGetPhysicalDeviceProperties2")
         return replace<PFN_vkGetPhysicalDeviceProperties2>(real, &properties2);
-    }
-    if (wanted == "vkGetPhysicalDeviceQueueFamilyProperties") {
+    if (wanted == "vkGetPhysicalDeviceQueueFamilyProperties")
         return replace<PFN_vkGetPhysicalDeviceQueueFamilyProperties>(real, &queue_families);
-    }
     return real;
 }
 

@@ -6,93 +6,86 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
-#include "common/base/errors.h"
-#include "gpu/shared_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/backend_results.h"
+#include "tests/support/run_together.h"
 #include "tests/support/thrown_error.h"
 
 namespace mray::test {
 namespace {
 
 /// A backend over a scene, and the number of pipelines that it makes.
-class CountedDevice {
-public:
+struct CountedDevice {
     explicit CountedDevice(std::uint32_t step_budget = kStepBudget)
-        : device_({.step_budget = step_budget}) {
-        device_.faults.counts = [](std::string_view name) {
-            return name == "vkCreateComputePipelines";
-        };
-        device_.faults.call_count = 0;
-        backend().set_scene(scene_.topology, scene_.positions, plain_tree(scene_));
+        : device({.step_budget = step_budget}) {
+        faults.counts = [](std::string_view name) { return name == "vkCreateComputePipelines"; };
+        compiled = 0;
+        set_scene(backend, scene, built_tree(scene));
     }
 
-    Backend& backend() { return *device_.backend; }
-    Faults& faults() { return device_.faults; }
-    const DeviceScene& scene() const { return scene_; }
-    std::size_t compiled() const { return device_.faults.call_count; }
     void trace_image(std::uint32_t rays) {
         Frame frame;
-        backend().trace_image(view(16, 16, rays), frame);
+        backend.trace_image(view(16, 16, rays), frame);
     }
     void trace_rays() {
         std::vector<Hit> hits(64);
-        backend().trace({scattered_rays(hits.size(), 1), hits});
+        backend.trace({mixed_rays(scene, hits.size(), 1), hits});
     }
 
-private:
-    FaultyDevice device_;
-    DeviceScene scene_ = torus(12, 8);
+    FaultyDevice device;
+    Faults& faults = device.faults;
+    Backend& backend = *device.backend;
+    std::size_t& compiled = faults.call_count;
+    const TestScene scene = torus(12, 8);
 };
 
 TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {
     CountedDevice device;
-    EXPECT_EQ(device.compiled(), 0u);
+    EXPECT_EQ(device.compiled, 0u);
     for (int i = 0; i < 2; ++i) {
         device.trace_image(kRaysPrimary);
-        EXPECT_EQ(device.compiled(), 4u) << "leaves, nodes, camera rays, shading";
+        EXPECT_EQ(device.compiled, 4u) << "leaves, nodes, camera rays, shading";
     }
     for (const std::uint32_t rays : {kRaysShadow, kRaysAo}) {
         device.trace_image(rays);
-        EXPECT_EQ(device.compiled(), 6u) << "and visible pixels, occlusion";
+        EXPECT_EQ(device.compiled, 6u) << "and visible pixels, occlusion";
     }
     for (const float time : {1.0f, 2.0f}) {
-        device.backend().refit(swayed(device.scene(), time));
-        EXPECT_EQ(device.compiled(), 6u);
+        device.backend.refit(swayed(device.scene, time));
+        EXPECT_EQ(device.compiled, 6u);
     }
     device.trace_rays();
     device.trace_image(kRaysShadow);
-    EXPECT_EQ(device.compiled(), 7u) << "and rays";
+    EXPECT_EQ(device.compiled, 7u) << "and rays";
 }
 
 TEST(Kernels, ThatContinueRaysAreCompiledForRaysThatNeedThem) {
     CountedDevice device(20);
     device.trace_rays();
-    EXPECT_EQ(device.compiled(), 4u) << "leaves, nodes, rays, and those that continue";
+    EXPECT_EQ(device.compiled, 4u) << "leaves, nodes, rays, and those that continue";
 }
 
 TEST(Kernels, ThatFailToCompileAreCompiledByTheNextCall) {
     const ImageParams params = view(32, 32, kRaysAo);
     const ImageHashes expected = [&] {
         CountedDevice device;
-        return image_hashes(device.backend(), params);
+        return image_hashes(device.backend, params);
     }();
     // Each kernel, and the submission that dispatches it for the first time.
     for (const char* const call : {"vkCreateComputePipelines", "vkQueueSubmit"}) {
         for (std::size_t k = 0; k < 6; ++k) {
             SCOPED_TRACE(testing::Message() << call << " " << k);
             CountedDevice device;
-            Faults& faults = device.faults();
+            Faults& faults = device.faults;
             faults.counts = [call](std::string_view name) { return name == call; };
             faults.result = VK_ERROR_OUT_OF_HOST_MEMORY;
             faults.fail_at = faults.call_count + k;
             EXPECT_EQ(kind_of([&] { device.trace_image(kRaysAo); }), ErrorKind::kLimit);
             EXPECT_EQ(faults.failed_name, call);
-            EXPECT_EQ(image_hashes(device.backend(), params), expected);
+            EXPECT_EQ(image_hashes(device.backend, params), expected);
         }
     }
 }
@@ -108,14 +101,14 @@ TEST(SharedDevice, ServesManyScenesThatCostTheirBuffersOnly) {
     gpu::Tuning tuning;
     tuning.loader = loader.get();
     const std::shared_ptr<gpu::SharedDevice> shared = gpu::open_device({}, tuning);
-    const DeviceScene scene = torus(12, 8);
-    const Bvh bvh = plain_tree(scene);
+    const TestScene scene = torus(12, 8);
+    const Bvh bvh = built_tree(scene);
     constexpr int kBackends = 200;
     std::vector<std::unique_ptr<Backend>> backends;
     std::optional<ImageHashes> expected;
     for (int i = 0; i < kBackends; ++i) {
         Backend& backend = *backends.emplace_back(gpu::make_backend_on(shared, tuning));
-        backend.set_scene(scene.topology, scene.positions, bvh);
+        set_scene(backend, scene, bvh);
         const ImageHashes hashes = image_hashes(backend, view(16, 16, kRaysShadow));
         if (!expected) expected = hashes;
         EXPECT_EQ(hashes, *expected);
@@ -138,21 +131,18 @@ TEST(SharedDevice, IsMadeAnewAfterItWasLost) {
 }
 
 TEST(Kernels, OfSeveralBackendsAreCompiledAtTheSameTime) {
-    const DeviceScene scene = torus(12, 8);
-    const Bvh bvh = plain_tree(scene);
+    const TestScene scene = torus(12, 8);
+    const Bvh bvh = built_tree(scene);
     constexpr std::size_t kBackends = 4;
     std::vector<std::unique_ptr<Backend>> backends;
     for (std::size_t i = 0; i < kBackends; ++i) {
         backends.push_back(gpu::make_vulkan_backend());
-        backends[i]->set_scene(scene.topology, scene.positions, bvh);
+        backends[i]->set_scene(scene.topology(), scene.positions(), bvh);
     }
     std::vector<ImageHashes> hashes(kBackends);
-    std::vector<std::thread> threads;
-    for (std::size_t i = 0; i < kBackends; ++i) {
-        threads.emplace_back(
-            [&, i] { hashes[i] = image_hashes(*backends[i], view(32, 32, kRaysAo)); });
-    }
-    for (std::thread& thread : threads) thread.join();
+    run_together(kBackends, [&](std::size_t i) {
+        hashes[i] = image_hashes(*backends[i], view(32, 32, kRaysAo));
+    });
     for (const ImageHashes& h : hashes) EXPECT_EQ(h, hashes[0]);
 }
 

@@ -5,7 +5,6 @@
 
 #include <fstream>
 
-#include "gpu/vulkan_backend.h"
 #include "tests/gpu/test_scenes.h"
 
 namespace mray::test {
@@ -21,8 +20,8 @@ std::size_t resident_bytes() {
 
 void use_a_backend_once() {
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend();
-    const DeviceScene scene = torus(24, 12);
-    backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
+    const TestScene scene = torus(24, 12);
+    set_scene(*backend, scene, built_tree(scene));
     Frame frame;
     backend->refit(swayed(scene, 1));
     backend->trace_image(view(64, 64, kRaysShadow), frame);

@@ -3,14 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
+#include <limits>
+#include <string>
+#include <tuple>
 
-#include "common/bvh/builder/bvh_builder.h"
 #include "common/image/frame.h"
 #include "cpu/cpu_backend.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/gpu/test_scenes.h"
-#include "tests/gpu/validated_device.h"
 #include "tests/support/late_boxes.h"
+#include "tests/support/query_answers.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::test {
@@ -26,16 +28,16 @@ std::size_t differing(const Frame& a, const Frame& b) {
 }
 
 /// Compares images of a scene. `refits` also lets both backends refit all of it.
-void expect_same_images(Backend& expected, Backend& actual, const DeviceScene& scene,
-                        const Bvh& bvh, const std::vector<ImageParams>& views,
-                        bool refits = false) {
+void expect_same_images(Backend& expected, Backend& actual, const std::string& name,
+                        const TestScene& scene, const Bvh& bvh,
+                        const std::vector<ImageParams>& views, bool refits = false) {
     for (Backend* backend : {&expected, &actual}) {
-        backend->set_scene(scene.topology, scene.positions, bvh);
-        if (refits) backend->refit(scene.positions, RefitExtent::kAll);
+        set_scene(*backend, scene, bvh);
+        if (refits) backend->refit(scene.positions(), RefitExtent::kAll);
     }
     for (const ImageParams& params : views) {
-        SCOPED_TRACE(testing::Message() << scene.name << ", rays " << params.rays << ", "
-                                        << params.ao_count << " a hit");
+        SCOPED_TRACE(testing::Message()
+                     << name << ", rays " << params.rays << ", " << params.ao_count << " a hit");
         Frame frame, traced;
         expected.trace_image(params, frame);
         actual.trace_image(params, traced);
@@ -44,46 +46,41 @@ void expect_same_images(Backend& expected, Backend& actual, const DeviceScene& s
     }
 }
 
-void expect_images_of_brute_force(const gpu::Tuning& tuning, std::uint32_t width,
-                                  std::uint32_t height) {
+/// The same triangle `count` times, so that no box can be culled.
+TestScene coincident(std::uint32_t count) {
+    return {{{-3, -2, 0}, {3, -2, 0}, {0, 3, 0}}, std::vector<uvec3>(count, {0, 1, 2})};
+}
+
+std::vector<NamedScene> some_scenes() {
+    std::vector<NamedScene> scenes = adversarial_scenes();
+    std::erase_if(scenes, [](const NamedScene& named) {
+        constexpr const char* kNames[] = {"slivers",     "large soup",  "coplanar",   "mixed sizes",
+                                          "0 triangles", "1 triangles", "not finite", "torus"};
+        return std::ranges::find(kNames, named.name) == std::end(kNames);
+    });
+    return scenes;
+}
+
+TEST(OnePicture, ImagesEqualBruteForceHoweverTheyAreDividedAndCopied) {
+    using enum gpu::BufferKind;
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    const std::unique_ptr<Backend> vulkan = validated_device(tuning);
-    for (const DeviceScene& scene : test_scenes()) {
-        expect_same_images(*brute, *vulkan, scene, plain_tree(scene),
-                           {view(width, height, kRaysPrimary), view(width, height, kRaysShadow),
-                            view(width, height, kRaysAo)});
-    }
-}
-
-TEST(OnePicture, ImagesEqualBruteForce) {
-    for (const gpu::BufferKind kind : {gpu::BufferKind::kTexels, gpu::BufferKind::kStorage})
-        expect_images_of_brute_force({.buffer_kind = kind}, 77, 53);
-}
-
-TEST(OnePicture, ImagesInManyRegionsEqualBruteForce) {
-    expect_images_of_brute_force({.tiles_per_dispatch = 3}, 61, 43);
-}
-
-TEST(OnePicture, ImagesWithASuspensionAtEveryStepEqualBruteForce) {
-    expect_images_of_brute_force({.step_budget = 1, .resume_slots = 128}, 31, 23);
-}
-
-TEST(OnePicture, ImagesWithSomeRaysSuspendedEqualBruteForce) {
-    for (const gpu::BufferKind kind : {gpu::BufferKind::kTexels, gpu::BufferKind::kStorage})
-        expect_images_of_brute_force({.step_budget = 60, .buffer_kind = kind}, 61, 43);
-}
-
-TEST(OnePicture, ImagesCopiedThroughStagingEqualBruteForce) {
-    expect_images_of_brute_force({.force_staging = true}, 61, 43);
-}
-
-// Triangles that have no orientation as the eye and the light see them.
-TEST(OnePicture, ImagesOfTrianglesThatPassLightAndEyeEqualTheCpu) {
-    const std::unique_ptr<Backend> vulkan = validated_device();
-    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    for (const DeviceScene& scene : {beams(60, 1), beams(600, 2)}) {
-        expect_same_images(*cpu, *vulkan, scene, build_bvh(scene.topology, scene.positions),
-                           {view(233, 157, kRaysPrimary), view(233, 157, kRaysShadow)});
+    const std::vector<NamedScene> scenes = some_scenes();
+    for (const auto& [tuning, width, height] :
+         std::initializer_list<std::tuple<gpu::Tuning, std::uint32_t, std::uint32_t>>{
+             {{.buffer_kind = kTexels}, 77, 53},
+             {{.buffer_kind = kStorage}, 77, 53},
+             {{.tiles_per_dispatch = 3}, 61, 43},
+             // Rays are suspended at each step, or some are.
+             {{.step_budget = 1, .resume_slots = 128}, 31, 23},
+             {{.step_budget = 60, .buffer_kind = kTexels}, 61, 43},
+             {{.step_budget = 60, .buffer_kind = kStorage}, 61, 43},
+             {{.force_staging = true}, 61, 43}}) {
+        const std::unique_ptr<Backend> vulkan = validated_device(tuning);
+        for (const NamedScene& named : scenes) {
+            expect_same_images(*brute, *vulkan, named.name, named.scene, loose_tree(named.scene),
+                               {view(width, height, kRaysPrimary), view(width, height, kRaysShadow),
+                                view(width, height, kRaysAo)});
+        }
     }
 }
 
@@ -96,21 +93,20 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
         views.push_back(view(40, 30, kRaysAo, count));
     for (const std::uint32_t tiles : {30u, 4096u}) {
         const std::unique_ptr<Backend> vulkan = validated_device({.tiles_per_dispatch = tiles});
-        for (const DeviceScene& scene : {torus(32, 16), debris(700, 9)}) {
-            expect_same_images(*brute, *vulkan, scene, build_bvh(scene.topology, scene.positions),
-                               views);
-        }
+        for (const TestScene& scene : {torus(32, 16), random_soup(700, 0.3, 9)})
+            expect_same_images(*brute, *vulkan, "", scene, built_tree(scene), views);
     }
 }
 
 // Rays so close to edges that most of them need the exact rule.
-TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
+TEST(OnePicture, RaysThatMeetEdgesEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    for (const DeviceScene& scene :
-         {strips(30000, 1, 1), strips(6000, 24, 2), debris(20000, 11), layers(3000, 3)}) {
-        expect_same_images(*cpu, *vulkan, scene, build_bvh(scene.topology, scene.positions),
-                           {view(128, 96, kRaysAo, 2), view(128, 96, kRaysAo, 31)});
+    Random random(3);
+    for (const TestScene& scene :
+         {TestScene(shapes::needles(random, 20000)), TestScene(shapes::slivers(random, 20000))}) {
+        expect_same_images(*cpu, *vulkan, "", scene, built_tree(scene),
+                           {view(128, 96, kRaysShadow), view(128, 96, kRaysAo, 31)});
     }
 }
 
@@ -119,10 +115,9 @@ TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
 TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
     const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    for (DeviceScene& scene : std::vector{coincident(5000), torus(64, 32)}) {
-        const Bvh bvh = build_bvh(scene.topology, scene.positions);
-        std::shuffle(scene.positions.begin(), scene.positions.end(), std::mt19937(1));
-        expect_same_images(*brute, *vulkan, scene, bvh, {view(48, 32, kRaysShadow)}, true);
+    for (const TestScene& scene : {coincident(5000), torus(64, 32)}) {
+        expect_same_images(*brute, *vulkan, "", scene, loose_tree(scene),
+                           {view(48, 32, kRaysShadow)}, true);
     }
 }
 
@@ -131,9 +126,8 @@ TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
 TEST(OnePicture, ImagesOfFullLeavesThatCannotBeCulledEqualBruteForce) {
     const std::unique_ptr<Backend> vulkan = validated_device({.step_budget = 100});
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    const DeviceScene scene = coincident(8192);
-    expect_same_images(*brute, *vulkan, scene, build_bvh(scene.topology, scene.positions),
-                       {view(8, 6, kRaysPrimary)});
+    const TestScene scene = coincident(8192);
+    expect_same_images(*brute, *vulkan, "", scene, built_tree(scene), {view(8, 6, kRaysPrimary)});
 }
 
 void expect_same_hits(Backend& expected, Backend& actual, std::span<const Ray> rays) {
@@ -147,13 +141,11 @@ void expect_same_hits(Backend& expected, Backend& actual, std::span<const Ray> r
 TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
     const std::unique_ptr<Backend> vulkan = validated_device({.tiles_per_dispatch = 16});
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    const std::vector<Ray> rays = scattered_rays(5000, 7);
-    for (const DeviceScene& scene : test_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Bvh bvh = plain_tree(scene);
-        for (Backend* backend : {vulkan.get(), brute.get()})
-            backend->set_scene(scene.topology, scene.positions, bvh);
-        expect_same_hits(*brute, *vulkan, rays);
+    for (const NamedScene& named : adversarial_scenes()) {
+        SCOPED_TRACE(named.name);
+        const Bvh bvh = loose_tree(named.scene);
+        for (Backend* backend : {vulkan.get(), brute.get()}) set_scene(*backend, named.scene, bvh);
+        expect_same_hits(*brute, *vulkan, mixed_rays(named.scene, 2000, 7));
     }
 }
 
@@ -161,10 +153,51 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
 TEST(OnePicture, LateBoxesAreEntered) {
     const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    const LateBoxes scene = late_boxes(Late::kOnAnotherAxis, 63);
+    const LateBoxes scene = late_boxes(63);
     for (Backend* backend : {vulkan.get(), brute.get()})
         backend->set_scene(scene.topology, scene.positions, scene.bvh);
-    expect_same_hits(*brute, *vulkan, rays_at_late_boxes(Late::kOnAnotherAxis, 1000));
+    expect_same_hits(*brute, *vulkan, rays_at_late_boxes(1000));
+}
+
+constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
+
+/// `size` is the number of rays and of points a scene, `only` its name, or empty for all scenes.
+void compare_with_brute_force(gpu::Tuning tuning, std::size_t size, const std::string& only = {}) {
+    tuning.resume_slots = 64;
+    const std::unique_ptr<Backend> device = validated_device(tuning);
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        if (!only.empty() && named.name != only) continue;
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        set_scene(*device, scene, built_tree(scene));
+        for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
+            const Questions questions = mixed_questions(scene, brute, crossing, size, 7);
+            for (const std::uint32_t most : {1u, kAllHits}) {
+                if (most == kAllHits && named.name == "repeated")
+                    continue;  // thousands of hits a ray
+                EXPECT_EQ(
+                    count_differences(answers_of(queries_of(*device), questions, crossing, most),
+                                      answers_of(brute, questions, crossing, most)),
+                    0u)
+                    << named.name << ", " << most;
+            }
+        }
+    }
+}
+
+TEST(DeviceQueries, HaveTheBitsOfBruteForce) {
+    compare_with_brute_force({}, 150);
+    compare_with_brute_force({.buffer_kind = gpu::BufferKind::kStorage}, 50);
+}
+
+TEST(DeviceQueries, HaveThemWhenTheyAreSuspendedAllTheTime) {
+    compare_with_brute_force({.step_budget = 150}, 8);
+}
+
+TEST(DeviceQueries, HaveThemWhenTheyAreAskedInManyParts) {
+    // 256 at a time, with room for 128 uncertain crossings.
+    for (const char* const scene : {"star", "grid box", "slivers"})
+        compare_with_brute_force({.tiles_per_dispatch = 4}, 700, scene);
 }
 
 }  // namespace

@@ -1,52 +1,71 @@
-// Small scenes with difficult hits, and trees over them that the builder has no part in.
+// Devices under validation, and poses, trees and views of the scenes of tests/support/test_scene.h.
 #pragma once
 
-#include <span>
+#include <cmath>
+#include <memory>
 #include <vector>
 
-#include "common/bvh/bvh.h"
-#include "common/interop/params.h"
-#include "common/interop/ray.h"
-#include "common/scene/mesh.h"
+#include "common/backend.h"
+#include "common/bvh/builder/bvh_builder.h"
+#include "cpu/refit/refit.h"
+#include "gpu/shared_device.h"
+#include "tests/support/test_scene.h"
 
 namespace mray::test {
 
-struct DeviceScene {
-    const char* name;
-    Topology topology;
-    std::vector<vec3> positions;  // scene space
-};
+/// A backend on the first usable device, whose calls throw if the validation layer reports an
+/// error.
+inline std::unique_ptr<Backend> validated_device(const gpu::Tuning& tuning = {}) {
+    return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+}
 
-/// A closed torus of 2 * rings * sides triangles.
-DeviceScene torus(std::uint32_t rings, std::uint32_t sides);
-/// Triangles of all sizes and shapes: needles, slivers, points, and vertices that are not finite.
-DeviceScene debris(std::uint32_t count, std::uint32_t seed);
-/// The same triangle `count` times, so that no box can be culled.
-DeviceScene coincident(std::uint32_t count);
-/// Pairs of triangles of all slopes with small distances, down to less than the bound of a hit's
-/// depth.
-DeviceScene layers(std::uint32_t pairs, std::uint32_t seed);
-/// A floor, and on it a wall of strips with gaps. The strips are so narrow for their distance that
-/// the fast filter is often uncertain whether a ray goes through one.
-DeviceScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
-/// A floor, and long narrow triangles that pass the light and the eye of view(), at distances of
-/// 2^-14 to 1 units: as these see them, most have no certain orientation.
-DeviceScene beams(std::uint32_t count, std::uint32_t seed);
-/// All scenes above but the last three.
-std::vector<DeviceScene> test_scenes();
+/// The vertices, moved towards the origin and back by a smooth motion.
+inline std::vector<vec3> swayed(const TestScene& scene, float time) {
+    std::vector<vec3> positions = scene.positions();
+    for (vec3& p : positions) {
+        if (!is_finite_vertex(p)) continue;
+        const vec3 q = p * (4 / kSceneExtent);
+        p = snap_point(p * (0.8f + 0.2f * std::sin(q.x + 2 * q.y - q.z + time)));
+    }
+    return positions;
+}
 
-/// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.
-std::vector<vec3> swayed(const DeviceScene& scene, float time, float amount = 0.3f);
+inline Bvh built_tree(const TestScene& scene) {
+    return build_bvh(scene.topology(), scene.positions());
+}
 
-/// A correct tree of bad quality: triangles in order, five a leaf, sixteen children a node.
-Bvh plain_tree(const DeviceScene& scene);
+/// A tree of bad quality and another shape: built for vertices that have changed places.
+inline Bvh loose_tree(const TestScene& scene) {
+    std::vector<vec3> positions = scene.positions();
+    Random random(1);
+    for (vec3& p : positions) std::swap(p, random.pick(positions));
+    Bvh bvh = build_bvh(scene.topology(), positions);
+    cpu::refit(bvh, scene.positions());
+    return bvh;
+}
 
-/// A view of the scenes above, all of which lie within 4 of the origin (in units of 2^16).
-ImageParams view(std::uint32_t width, std::uint32_t height, std::uint32_t rays,
-                 std::uint32_t ao_count = 4);
+inline void set_scene(Backend& backend, const TestScene& scene, const Bvh& bvh) {
+    backend.set_scene(scene.topology(), scene.positions(), bvh);
+}
 
-/// Rays from any place to any place, some along axes, some with tnear and tfar, some with a
-/// direction of 0.
-std::vector<Ray> scattered_rays(std::size_t count, std::uint32_t seed);
+/// A view that shows any scene.
+inline ImageParams view(std::uint32_t width, std::uint32_t height, std::uint32_t rays,
+                        std::uint32_t ao_count = 4) {
+    constexpr float kUnit = kSceneExtent / 4;
+    const float w = static_cast<float>(width);
+    const float h = static_cast<float>(height);
+    ImageParams params = {};
+    params.camera.org = vec3(0, 3, 8) * kUnit;
+    params.camera.corner = vec3(-0.5f * w / h, 0.2f, -1);
+    params.camera.du = vec3(1 / h, 0, 0);
+    params.camera.dv = vec3(0, -1 / h, 0);
+    params.light = vec3(-6, 8, 5) * kUnit;
+    params.ao_tfar = 1.5f * kUnit;
+    params.width = width;
+    params.height = height;
+    params.rays = rays;
+    params.ao_count = ao_count;
+    return params;
+}
 
 }  // namespace mray::test

@@ -3,17 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
 
-#include "common/base/errors.h"
-#include "common/bvh/builder/bvh_builder.h"
 #include "common/image/frame.h"
 #include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
-#include "tests/gpu/validated_device.h"
 #include "tests/support/backend_results.h"
+#include "tests/support/motion_checks.h"
+#include "tests/support/motions.h"
 
 namespace mray::test {
 namespace {
@@ -21,7 +19,7 @@ namespace {
 constexpr int kPoses = 8;
 
 /// Even poses move all of the scene, odd ones its first tenth.
-std::vector<vec3> pose(const DeviceScene& scene, int number) {
+std::vector<vec3> pose(const TestScene& scene, int number) {
     std::vector<vec3> positions = swayed(scene, 0.2f * static_cast<float>(number / 2));
     const std::vector<vec3> next = swayed(scene, 0.2f * static_cast<float>(number / 2) + 0.1f);
     if (number % 2 == 1) std::copy_n(next.begin(), positions.size() / 10, positions.begin());
@@ -36,8 +34,7 @@ std::unique_ptr<Backend> tuned_device(bool force_staging, std::uint32_t step_bud
         {.step_budget = step_budget, .buffer_kind = kind, .force_staging = force_staging});
 }
 
-std::vector<ImageHashes> images(Backend& backend, const DeviceScene& scene,
-                                const ImageParams& view) {
+std::vector<ImageHashes> images(Backend& backend, const TestScene& scene, const ImageParams& view) {
     std::vector<ImageHashes> images;
     for (int i = 0; i < kPoses; ++i) {
         backend.refit(pose(scene, i));
@@ -48,16 +45,14 @@ std::vector<ImageHashes> images(Backend& backend, const DeviceScene& scene,
 
 TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    const DeviceScene scene = torus(64, 32);
-    const Bvh bvh = build_bvh(scene.topology, scene.positions);
+    const TestScene scene = torus(64, 32);
+    const Bvh bvh = built_tree(scene);
     for (const bool force_staging : {false, true}) {
         // A small budget suspends rays, which are resumed after the refit's submission.
         for (const std::uint32_t step_budget : {kStepBudget, 60u}) {
             const std::unique_ptr<Backend> vulkan = tuned_device(force_staging, step_budget);
             for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
-                for (Backend* backend : {vulkan.get(), cpu.get()}) {
-                    backend->set_scene(scene.topology, scene.positions, bvh);
-                }
+                for (Backend* backend : {vulkan.get(), cpu.get()}) set_scene(*backend, scene, bvh);
                 const ImageParams params = view(64, 48, rays);
                 EXPECT_EQ(images(*vulkan, scene, params), images(*cpu, scene, params))
                     << force_staging << ' ' << step_budget << ' ' << rays;
@@ -72,8 +67,8 @@ TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
         std::size_t& submissions = device.faults.call_count;
         device.faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
         Backend& vulkan = *device.backend;
-        const DeviceScene scene = torus(64, 32);
-        vulkan.set_scene(scene.topology, scene.positions, plain_tree(scene));
+        const TestScene scene = torus(64, 32);
+        set_scene(vulkan, scene, built_tree(scene));
         Frame frame;
         // Compiles the kernels.
         vulkan.refit(swayed(scene, 0.5f));
@@ -93,52 +88,49 @@ TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
     }
 }
 
-TEST(VulkanUpdate, ARefitAfterOneThatFailedGivesTheTreeOfTheCpu) {
-    FaultyDevice device({.force_staging = true});
-    Backend& vulkan = *device.backend;
-    const DeviceScene scene = torus(64, 32);
-    const Bvh bvh = build_bvh(scene.topology, scene.positions);
-    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    cpu->set_scene(scene.topology, scene.positions, bvh);
-    cpu->refit(pose(scene, 3));
-    vulkan.set_scene(scene.topology, scene.positions, bvh);
-    const auto refit = [&] {
-        vulkan.refit(pose(scene, 2));
-        vulkan.finish();
-    };
-    const std::size_t failures = fail_in_turn(device.faults, refit, [&] {
-        vulkan.refit(pose(scene, 3));
-        EXPECT_EQ(tree_hash(vulkan), tree_hash(*cpu));
-        vulkan.set_scene(scene.topology, scene.positions, bvh);
-    });
-    EXPECT_GT(failures, 5u);
+TEST(VulkanUpdate, RefitsGiveTheBytesOfTheCpuOnEveryScene) {
+    const std::unique_ptr<Backend> vulkan = validated_device();
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const std::vector<vec3> nowhere(scene.positions().size(), vec3(kInvalidCoordinate));
+        for (const Bvh& built : {built_tree(scene), loose_tree(scene)}) {
+            Bvh expected = built;
+            set_scene(*vulkan, scene, built);
+            for (const std::vector<vec3>& positions :
+                 {swayed(scene, 1), swayed(scene, 1.5f), nowhere, scene.positions()}) {
+                cpu::refit(expected, positions);
+                vulkan->refit(positions);
+                EXPECT_EQ(tree_hash(*vulkan), bvh_hash(expected)) << named.name;
+            }
+            EXPECT_EQ(bvh_hash(expected), bvh_hash(built)) << named.name;
+        }
+    }
 }
 
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
     const std::unique_ptr<Backend> vulkan = tuned_device(false);
-    const DeviceScene scene = torus(64, 32);
-    vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
+    const TestScene scene = torus(64, 32);
+    set_scene(*vulkan, scene, built_tree(scene));
     vulkan->refit(swayed(scene, 1));
 }
 
 TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
     for (const bool force_staging : {false, true}) {
-        const DeviceScene scene = torus(64, 16);
-        const Bvh built = build_bvh(scene.topology, scene.positions);
+        const TestScene scene = torus(64, 16);
+        const Bvh built = built_tree(scene);
         BuiltAreas areas = built_areas(built);
         BuiltAreas cpu_areas = areas;
         const auto cpu = cpu::make_scalar_backend();
         const auto vulkan = tuned_device(force_staging);
-        for (Backend* backend : std::initializer_list<Backend*>{vulkan.get(), cpu.get()})
-            backend->set_scene(scene.topology, scene.positions, built);
+        for (Backend* backend : {vulkan.get(), cpu.get()}) set_scene(*backend, scene, built);
         std::size_t edits = 0;
-        std::mt19937 random(1);
+        Random random(1);
         for (int step = 0; step < 60; ++step) {
             const std::vector<vec3> positions =
-                swayed(scene, 0.125f * static_cast<float>(random() % 40));
+                swayed(scene, 0.125f * static_cast<float>(random.below(40)));
             const auto act = [&](Backend& backend, BuiltAreas& its_areas, std::uint32_t what) {
                 if (what == 0) {
-                    const Bvh tree = build_bvh(scene.topology, positions);
+                    const Bvh tree = build_bvh(scene.topology(), positions);
                     backend.set_frame(positions, tree);
                     its_areas = built_areas(tree);
                 } else {
@@ -147,18 +139,36 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
                 if (what < 3) return;
                 backend.edit_tree([&](Bvh& bvh) {
                     const bool is_changed =
-                        restructure(scene.topology, positions, 1, 1, bvh, its_areas) > 0;
+                        restructure(scene.topology(), positions, 1, 1, bvh, its_areas) > 0;
                     edits += is_changed;
                     return is_changed;
                 });
             };
-            const auto what = static_cast<std::uint32_t>(random() % 6);
+            const std::uint32_t what = random.below(6);
             act(*cpu, cpu_areas, what);
             act(*vulkan, areas, what);
             ASSERT_EQ(tree_hash(*vulkan), tree_hash(*cpu)) << step << ' ' << what;
         }
         EXPECT_GT(edits, 0u);
     }
+}
+
+TEST(HardMotionOnVulkan, GivesTheHitsOfBruteForceUnderEveryPolicy) {
+    const auto vulkan = validated_device();
+    const auto brute = cpu::make_brute_backend();
+    for (const Motion& motion : hard_motions()) expect_hits_of_brute_force(motion, *vulkan, *brute);
+}
+
+TEST(HardMotionOnVulkan, TakesTheDecisionsOfTheCpu) {
+    const auto vulkan = validated_device();
+    const auto cpu = cpu::make_cpu_backend();
+    for (const Motion& motion : hard_motions())
+        EXPECT_EQ(counted_decisions(motion, *vulkan), counted_decisions(motion, *cpu));
+}
+
+TEST(HardMotionOnVulkan, LeavesTheBytesOfAFreshRefit) {
+    const auto vulkan = validated_device();
+    for (const Motion& motion : hard_motions()) expect_no_drift(motion, *vulkan);
 }
 
 }  // namespace

@@ -35,9 +35,7 @@ inline std::vector<morphray::Ray> world_rays(const UserMesh& mesh, std::size_t c
                                              std::uint64_t seed) {
     Random random(seed);
     const auto vertex = [&] {
-        return mesh.points.empty()
-                   ? morphray::Vec3{}
-                   : mesh.points[random.below(static_cast<std::uint32_t>(mesh.points.size()))];
+        return mesh.points.empty() ? morphray::Vec3{} : random.pick(mesh.points);
     };
     std::vector<morphray::Ray> rays(count);
     for (morphray::Ray& ray : rays) {
@@ -75,17 +73,6 @@ inline void expect_same_hits(const std::vector<morphray::Hit>& a,
     for (std::size_t i = 0; i < a.size(); ++i)
         different += std::memcmp(&a[i], &b[i], sizeof(a[i])) != 0;
     EXPECT_EQ(different, 0u) << what;
-}
-
-/// The line of the error that `work` throws, or "none".
-template <class Work>
-std::string message_of(Work work) {
-    try {
-        work();
-    } catch (const morphray::Error& error) {
-        return error.what();
-    }
-    return "none";
 }
 
 /// The code of the error that `work` throws, or "none".

@@ -56,9 +56,7 @@ SHARED Ray ray_from(Inputs i, uint at) {
 
 SHARED Outputs no_outputs() {
     Outputs o;
-    for (uint k = 0u; k < kOutputWords; ++k) {
-        o.word[k] = 0u;
-    }
+    for (uint k = 0u; k < kOutputWords; ++k) o.word[k] = 0u;
     return o;
 }
 

@@ -12,12 +12,7 @@ namespace {
 constexpr float kUnit = 0x1p16f;
 constexpr std::uint32_t kCopies = 64;
 
-vec3 eye(Late late) { return vec3(0, 3, late == Late::kOnMainAxis ? 8 : 12) * kUnit; }
-
-/// A point of the plane of the triangle.
-vec3 point(Late late, float a, float b) {
-    return (late == Late::kOnMainAxis ? vec3(a, b, 0) : vec3(a, 0, b)) * kUnit;
-}
+const vec3 kEye = vec3(0, 3, 12) * kUnit;
 
 /// The box of a child, which is moved if it is a leaf without the triangle.
 Box late_box(Bvh& bvh, std::uint32_t node, std::uint32_t slot, std::uint32_t on_time, vec3 drop) {
@@ -41,28 +36,27 @@ Box late_box(Bvh& bvh, std::uint32_t node, std::uint32_t slot, std::uint32_t on_
 
 }  // namespace
 
-LateBoxes late_boxes(Late how, std::uint32_t on_time) {
+LateBoxes late_boxes(std::uint32_t on_time) {
     LateBoxes late;
-    late.positions = {point(how, -3, -2), point(how, 3, -2), point(how, 0, 3)};
+    late.positions = {vec3(-3, 0, -2) * kUnit, vec3(3, 0, -2) * kUnit, vec3(0, 0, 3) * kUnit};
     late.topology.vertex_count = 3;
     late.topology.triangles.assign(kCopies, {0, 1, 2});
     late.topology.albedo.assign(kCopies, kDefaultAlbedo);
     late.bvh = build_bvh(late.topology, late.positions);
-    // Rays come down by 3/8 of t from (0, 3, 12).
-    const float by = 0.4375f * depth_margin(eye(how));
-    const vec3 drop = how == Late::kOnMainAxis ? vec3(0, 0, by) : vec3(0, 0.375f * by, 0);
+    // Rays come down by 3/8 of t.
+    const vec3 drop(0, 0.375f * 0.4375f * depth_margin(kEye), 0);
     for (std::uint32_t slot = 0; slot < kWidth; ++slot)
         late_box(late.bvh, 0, slot, on_time == kNoPrim ? kCopies : on_time, drop);
     return late;
 }
 
-std::vector<Ray> rays_at_late_boxes(Late late, std::size_t count) {
+std::vector<Ray> rays_at_late_boxes(std::size_t count) {
     std::vector<Ray> rays;
     for (std::size_t i = 0; i < count; ++i) {
         const float u = static_cast<float>(i % 31 + 1) / 33;
         const float v = static_cast<float>(i % 17 + 1) / 19 * (1 - u);
-        const vec3 target = point(late, 6 * u + 3 * v - 3, 5 * v - 2);
-        rays.push_back({eye(late), 0, canonical_direction(target - eye(late)), kInfiniteT});
+        const vec3 target = vec3(6 * u + 3 * v - 3, 0, 5 * v - 2) * kUnit;
+        rays.push_back({kEye, 0, canonical_direction(target - kEye), kInfiniteT});
     }
     return rays;
 }

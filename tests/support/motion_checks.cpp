@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
@@ -26,14 +25,9 @@ std::vector<Ray> rays_at(const Motion& motion, std::size_t pose) {
     const std::vector<vec3>& positions = motion.poses[pose];
     while (rays.size() < kRays) {
         const vec3 org = snap_point(random.point(0.9 * kSceneExtent));
-        const vec3 target = positions[random.below(static_cast<std::uint32_t>(positions.size()))] +
-                            random.point(rays.size() % 3 == 0 ? 0 : 0.01 * kSceneExtent);
-        Ray ray;
-        ray.org = org;
-        ray.dir = canonical_direction(target - org);
-        ray.tnear = 0;
-        ray.tfar = 4 * kSceneExtent;
-        rays.push_back(ray);
+        const vec3 target =
+            random.pick(positions) + random.point(rays.size() % 3 == 0 ? 0 : 0.01 * kSceneExtent);
+        rays.push_back({org, 0, canonical_direction(target - org), 4 * kSceneExtent});
     }
     return rays;
 }
@@ -98,20 +92,11 @@ void expect_no_drift(const Motion& motion, Backend& tracer) {
     tracer.refit(motion.poses.back(), RefitExtent::kAll);
     const std::uint64_t fresh = tree_hash(tracer);
     tracer.set_scene(motion.topology, start, built);
-    for (int round = 0; round < 3; ++round) {
+    for (int round = 0; round < 3; ++round)
         for (const std::vector<vec3>& positions : motion.poses) tracer.refit(positions);
-    }
     EXPECT_EQ(tree_hash(tracer), fresh) << motion.name;
     tracer.refit(start);
     EXPECT_EQ(tree_hash(tracer), bvh_hash(built)) << motion.name;
-}
-
-std::string test_name(const Motion& motion) {
-    std::string name;
-    for (const char c : motion.name) {
-        if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
-    }
-    return name;
 }
 
 }  // namespace mray::test

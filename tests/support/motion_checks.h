@@ -16,7 +16,4 @@ std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer
 /// Refits to all poses, several times over, leave the bytes of one refit to the last pose.
 void expect_no_drift(const Motion& motion, Backend& tracer);
 
-/// For the names of parameterised tests: letters and digits alone.
-std::string test_name(const Motion& motion);
-
 }  // namespace mray::test

@@ -1,11 +1,10 @@
-// Ways to move that are hard on a tree, and poses of a closed mesh with rays at what leaks.
+// Ways to move that are hard on a tree.
 #pragma once
 
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 #include "tests/support/test_scene.h"
 
@@ -25,13 +24,5 @@ struct Motion {
 /// which a build pays, many meshes that fall apart in one frame, vertices that become NaN for a
 /// while. Some hundred triangles and ten poses each.
 std::vector<Motion> hard_motions();
-
-/// The vertices of a mesh around 0, each moved along its own way from 0 by up to a third: no two
-/// triangles ever overlap as seen from 0.
-std::vector<vec3> breathing(const std::vector<vec3>& positions, Random& random);
-
-/// From near 0: at a vertex, at a point of an edge.
-std::vector<Ray> rays_from_inside(const TestScene& scene, const std::vector<vec3>& positions,
-                                  std::size_t count, Random& random);
 
 }  // namespace mray::test

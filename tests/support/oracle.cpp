@@ -3,21 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/geometric.hpp>
+
 namespace mray::test {
 namespace {
 
 using Real = long double;
 
-struct Vector {
-    Real x, y, z;
-};
-
-Vector minus(vec3 a, vec3 b) { return {Real{a.x} - b.x, Real{a.y} - b.y, Real{a.z} - b.z}; }
-Vector cross(Vector a, Vector b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-Real dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Real length(Vector a) { return std::sqrt(dot(a, a)); }
+using Vector = glm::vec<3, Real>;
 
 struct Crossing {
     bool inside = false;
@@ -29,32 +22,28 @@ struct Crossing {
 /// <= 1; t: where the line is nearest.
 Real distance_to_edge(Vector d, Vector p, Vector e, Real& t) {
     const Real dd = dot(d, d);
-    const auto across = [&](Vector v) {
-        const Real along = dot(v, d) / dd;
-        return Vector{v.x - along * d.x, v.y - along * d.y, v.z - along * d.z};
-    };
+    const auto across = [&](Vector v) { return v - dot(v, d) / dd * d; };
     const Vector q = across(p);
     const Vector f = across(e);
     const Real ff = dot(f, f);
     const Real s = ff > 0 ? std::clamp(-dot(q, f) / ff, Real{0}, Real{1}) : Real{0};
     t = (dot(p, d) + s * dot(e, d)) / dd;
-    return length({q.x + s * f.x, q.y + s * f.y, q.z + s * f.z});
+    return length(q + s * f);
 }
 
 Crossing cross_triangle(const Ray& ray, vec3 a, vec3 b, vec3 c) {
     constexpr Real kEdge = 1e-6L;
-    const Vector d{ray.dir.x, ray.dir.y, ray.dir.z};
-    const Vector ab = minus(b, a);
-    const Vector ac = minus(c, a);
+    const Vector d(ray.dir);
+    const Vector ab = Vector(b) - Vector(a);
+    const Vector ac = Vector(c) - Vector(a);
     const Vector n = cross(ab, ac);
     const Real size = length(n);
     const Real facing = dot(d, n);
     Crossing result;
-    const Vector oa = minus(a, ray.org);
+    const Vector oa = Vector(a) - Vector(ray.org);
     if (size == 0) {
         // Without an area it is hit only where rounding gives it one.
-        const Vector edges[3][2] = {
-            {oa, ab}, {minus(b, ray.org), minus(c, b)}, {minus(c, ray.org), minus(a, c)}};
+        const Vector edges[3][2] = {{oa, ab}, {oa + ab, ac - ab}, {oa + ac, -ac}};
         for (const auto& edge : edges) {
             const Real slack = kEdge * length(edge[1]) + 1e-13L * length(edge[0]);
             if (distance_to_edge(d, edge[0], edge[1], result.t) <= slack) {
@@ -70,8 +59,7 @@ Crossing cross_triangle(const Ray& ray, vec3 a, vec3 b, vec3 c) {
         return result;
     }
     result.t = dot(oa, n) / facing;
-    const Vector p{ray.dir.x * result.t - oa.x, ray.dir.y * result.t - oa.y,
-                   ray.dir.z * result.t - oa.z};
+    const Vector p = d * result.t - oa;
     const Real v = dot(cross(p, ac), n) / (size * size);
     const Real w = dot(cross(ab, p), n) / (size * size);
     const Real least = std::min(std::min(v, w), 1 - v - w);
@@ -98,9 +86,8 @@ OracleHit oracle_intersect(const TestScene& scene, const Ray& ray) {
         const bool in_range = crossing.t > 0 && crossing.t >= ray.tnear && crossing.t <= ray.tfar;
         const bool at_end =
             std::abs(crossing.t - ray.tfar) <= 1e-6L * ray.tfar || std::abs(crossing.t) <= 1e-3L;
-        if ((crossing.grazing || (crossing.inside && at_end)) && crossing.t > -1) {
+        if ((crossing.grazing || (crossing.inside && at_end)) && crossing.t > -1)
             nearest_deferred = std::min(nearest_deferred, crossing.t);
-        }
         if (!crossing.inside || !in_range) continue;
         if (!best.hit || crossing.t < best.t) {
             if (best.hit) second = std::min(second, best.t);

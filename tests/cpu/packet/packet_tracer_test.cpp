@@ -109,41 +109,30 @@ std::size_t count_differences(const Reference& reference, const ImageParams& par
     return differences;
 }
 
-ViewSpec view_of(std::uint32_t width, std::uint32_t height) {
-    ViewSpec view;
-    view.width = width;
-    view.height = height;
-    return view;
-}
-
 /// Views from outside, from inside, from a vertex, from the middle of an edge, wide and narrow.
 std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
     Random random(seed);
     const WorldBounds bounds = bounds_of(scene.world_positions());
     const auto inside = [&] {
-        glm::dvec3 p(0.0);
+        dvec3 p(0);
         for (int axis = 0; axis < 3; ++axis)
             p[axis] = random.real(bounds.lower[axis], bounds.upper[axis]);
         return to_point(p);
     };
     const auto finite_vertex = [&]() -> vec3 {
         for (int i = 0; i < 100; ++i) {
-            const std::uint32_t v =
-                random.below(static_cast<std::uint32_t>(scene.positions().size()));
-            if (scene.positions()[v].x <= kSceneExtent) return scene.world_positions()[v];
+            const vec3 p = random.pick(scene.world_positions());
+            if (std::isfinite(p.x + p.y + p.z)) return p;
         }
         return vec3(0, 0, 0);
     };
-    std::vector<ViewSpec> all = {view_of(45, 37)};
+    std::vector<ViewSpec> all = {{.width = 45, .height = 37}};
     if (bounds.empty() || scene.positions().empty()) return all;
     for (int i = 0; i < 5; ++i) {
-        ViewSpec view = view_of(i % 2 == 0 ? 33 : 128, i % 2 == 0 ? 70 : 64);
-        const vec3 a = finite_vertex();
-        const vec3 b = finite_vertex();
-        const Point eyes[] = {
-            inside(), Point{a.x, a.y, a.z},
-            Point{(double{a.x} + b.x) / 2, (double{a.y} + b.y) / 2, (double{a.z} + b.z) / 2},
-            inside(), inside()};
+        ViewSpec view{.width = i % 2 == 0 ? 33u : 128u, .height = i % 2 == 0 ? 70u : 64u};
+        const dvec3 a = finite_vertex();
+        const dvec3 b = finite_vertex();
+        const Point eyes[] = {inside(), to_point(a), to_point((a + b) / 2.0), inside(), inside()};
         view.eye = eyes[i];
         view.target = inside();
         view.up = {0.1, 1, 0.05};
@@ -197,10 +186,10 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceAmongTrianglesThatReachPast
         const vec3 eye = random.point(0.3);
         const TestScene scene = triangles_past(eye, seed);
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        ViewSpec view = view_of(64, 64);
+        ViewSpec view{.width = 64, .height = 64};
         const vec3 target = eye + random.point();
-        view.eye = {eye.x, eye.y, eye.z};
-        view.target = {target.x, target.y, target.z};
+        view.eye = to_point(eye);
+        view.target = to_point(target);
         view.up = {0.1, 1, 0.05};
         view.fov = std::ldexp(150.0, -static_cast<int>(seed % 6));
         const ImageParams params =
@@ -235,19 +224,12 @@ struct StoredTile {
 };
 
 vec3 any_vertex(const TestScene& scene, Random& random) {
-    const auto& positions = scene.positions();
-    return positions.empty()
-               ? vec3(0)
-               : positions[random.below(static_cast<std::uint32_t>(positions.size()))];
+    return scene.positions().empty() ? vec3(0) : random.pick(scene.positions());
 }
 
 vec3 normalised(vec3 v) {
-    const double length = std::sqrt(double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z);
-    return length > 0 ? vec3(v.x / length, v.y / length, v.z / length) : vec3(0, 0, 1);
-}
-
-vec3 cross_product(vec3 a, vec3 b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    const double length = glm::length(dvec3(v));
+    return length > 0 ? vec3(dvec3(v) / length) : vec3(0, 0, 1);
 }
 
 /// A tile of a pinhole camera that looks from around or inside a scene at one of its vertices.
@@ -259,10 +241,10 @@ StoredTile random_tile(const TestScene& scene, Finish finish, Random& random) {
     const float away = random.below(4) == 0 ? 0x1p12f : 0x1.8p20f;
     const vec3 from = any_vertex(scene, random);
     const vec3 jitter = random.point(away);
-    tile.org = snap_point({from.x + jitter.x, from.y + jitter.y, from.z + jitter.z});
-    const vec3 forward = normalised({at.x - tile.org.x, at.y - tile.org.y, at.z - tile.org.z});
-    const vec3 right = normalised(cross_product(forward, normalised(random.point())));
-    const vec3 down = cross_product(forward, right);
+    tile.org = snap_point(from + jitter);
+    const vec3 forward = normalised(at - tile.org);
+    const vec3 right = normalised(glm::cross(forward, normalised(random.point())));
+    const vec3 down = glm::cross(forward, right);
     const float pixel = std::ldexp(1.0f, -static_cast<int>(3 + random.below(12)));
     // The tile may lie off the axis of its camera.
     const float x0 =
@@ -276,14 +258,10 @@ StoredTile random_tile(const TestScene& scene, Finish finish, Random& random) {
                 pixel;
             const float py =
                 (static_cast<float>(y) - 0.5f * static_cast<float>(tile.height) + offset()) * pixel;
-            vec3 d(forward.x + right.x * px + down.x * py, forward.y + right.y * px + down.y * py,
-                   forward.z + right.z * px + down.z * py);
+            vec3 d = forward + right * px + down * py;
             if (finish == Finish::kNormalised) d = normalised(d);
-            if (finish == Finish::kAnyLength) {
-                const auto length = static_cast<float>(random.real(0.1, 9)) *
-                                    std::ldexp(1.0f, static_cast<int>(random.below(40)) - 20);
-                d = {d.x * length, d.y * length, d.z * length};
-            }
+            if (finish == Finish::kAnyLength)
+                d *= std::ldexp(static_cast<float>(random.real(0.1, 9)), random.from(-20, 19));
             tile.rays.push_back(
                 {{tile.org.x, tile.org.y, tile.org.z}, 0, {d.x, d.y, d.z}, kInfinity});
         }
@@ -408,21 +386,15 @@ std::vector<cpu::SharedOriginRays> blocks_of(std::span<const Ray> rays,
                                              std::span<const std::uint8_t> active) {
     std::vector<cpu::SharedOriginRays> blocks(rays.size() / cpu::kBlockRays,
                                               cpu::SharedOriginRays::none());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
+    for (std::size_t i = 0; i < rays.size(); ++i)
         if (active[i] != 0) blocks[i / cpu::kBlockRays].set(i % cpu::kBlockRays, rays[i]);
-    }
     return blocks;
 }
 
 /// The ray from org to somewhere between target / 2 and target, times `reach`.
 Ray ray_towards(vec3 org, vec3 target, float reach) {
     const vec3 way = snap_point(target) - org;
-    Ray ray;
-    ray.org = org;
-    ray.tnear = 0;
-    ray.dir = canonical_direction(way);
-    ray.tfar = power_of_two_below(largest_component(way)) * reach;
-    return ray;
+    return {org, 0, canonical_direction(way), power_of_two_below(largest_component(way)) * reach};
 }
 
 /// Tells how many rays a packet left to others, and how many of the rest are occluded.
@@ -531,9 +503,8 @@ std::vector<Ray> rays_at(const TestScene& scene, vec3 org, std::uint64_t seed) {
     for (std::uint32_t i = 0; i < cpu::kSquareRays; ++i) {
         vec3 target = towards + random.point(spread);
         if (i % 3 != 0) {
-            const std::uint32_t t =
-                random.below(static_cast<std::uint32_t>(scene.triangle_count()));
-            const vec3* const corner = &scene.positions()[3 * t];
+            const vec3* const corner =
+                &scene.positions()[random.pick(scene.topology().triangles).x];
             const auto u = static_cast<float>(random.real(0, 1));
             const auto v = static_cast<float>(random.real(0, 1 - u));
             target = corner[0] + (corner[1] - corner[0]) * u + (corner[2] - corner[0]) * v;

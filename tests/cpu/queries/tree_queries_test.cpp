@@ -9,6 +9,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -23,14 +24,59 @@ namespace {
 
 constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
 
+/// Groups of 16 points within some ulp, or within parts of the scene, of mixed points.
+std::vector<vec3> grouped_points(const TestScene& scene, std::size_t groups) {
+    Random random(11);
+    std::vector<vec3> points;
+    for (const vec3& centre : mixed_points(scene, groups, 7)) {
+        const double size = std::ldexp(1.0, -static_cast<int>(random.below(40)));
+        for (int i = 0; i < 16; ++i) {
+            vec3 p;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double extent = std::abs(static_cast<double>(centre[axis])) + 1;
+                p[axis] = static_cast<float>(static_cast<double>(centre[axis]) +
+                                             extent * size * random.real(-1, 1));
+            }
+            points.push_back(p);
+        }
+    }
+    return points;
+}
+
+/// Questions about rays and points near each other. The last vector of points is not full, and
+/// floats cannot decide about its last point.
+Questions grouped_questions(const TestScene& scene, const cpu::BruteTracer& brute) {
+    Questions q;
+    q.points = grouped_points(scene, 30);
+    q.points.resize(q.points.size() - 3);
+    if (!scene.positions().empty()) q.points.back() = scene.positions().front();
+    q.reach = 1;
+    // From one place each to a group of points.
+    q.rays = mixed_rays(scene, q.points.size(), 13);
+    for (std::size_t i = 0; i < q.rays.size(); ++i) {
+        Ray& ray = q.rays[i];
+        ray.org = q.rays[i - i % 48].org;
+        const vec3 dir = snap_point(q.points[i]) - ray.org;
+        if (dir != vec3(0, 0, 0)) ray.dir = canonical_direction(dir);
+        ray.tfar = i % 4 == 0 ? ray.tnear : kInfiniteT;
+        // Some end at their first hit, or just before it.
+        const Hit hit = brute.intersect(ray);
+        if (hit.prim_id != kNoPrim && i % 3 != 0)
+            ray.tfar = i % 3 == 1 ? hit.t : std::nextafter(hit.t, 0.0f);
+    }
+    q.after.resize(q.rays.size());
+    return q;
+}
+
 TEST(TreeQueries, HaveTheBitsOfBruteForceOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
         const cpu::BruteTracer brute(scene.topology(), scene.positions());
-        for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
-            const Questions questions = mixed_questions(scene, brute, crossing, 250, 5);
-            for (const std::uint32_t most : {2u, kAllHits}) {
+        for (const auto& [crossing, most] :
+             {std::pair(Crossing::kEach, kAllHits), {Crossing::kOwner, 2u}}) {
+            for (const Questions& questions : {mixed_questions(scene, brute, crossing, 250, 5),
+                                               grouped_questions(scene, brute)}) {
                 const Answers expected = answers_of(brute, questions, crossing, most);
                 for (const SimdTarget& target : supported_simd_targets()) {
                     const cpu::TreeQueries tree(bvh, target);
@@ -67,58 +113,6 @@ TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
     }
 }
 
-/// Groups of 16 points within some ulp, or within parts of the scene, of mixed points.
-std::vector<vec3> grouped_points(const TestScene& scene, std::size_t groups) {
-    Random random(11);
-    std::vector<vec3> points;
-    for (const vec3& centre : mixed_points(scene, groups, 7)) {
-        const double size = std::ldexp(1.0, -static_cast<int>(random.below(40)));
-        for (int i = 0; i < 16; ++i) {
-            vec3 p;
-            for (int axis = 0; axis < 3; ++axis) {
-                const double extent = std::abs(static_cast<double>(centre[axis])) + 1;
-                p[axis] = static_cast<float>(static_cast<double>(centre[axis]) +
-                                             extent * size * random.real(-1, 1));
-            }
-            points.push_back(p);
-        }
-    }
-    return points;
-}
-
-TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        std::vector<vec3> points = grouped_points(scene, 50);
-        // The last vector of points is not full, and floats cannot decide about its points.
-        points.resize(points.size() - 3);
-        if (!scene.positions().empty()) points.back() = scene.positions().front();
-        const cpu::BruteTracer brute(scene.topology(), scene.positions());
-        std::vector<FloatWinding> expected_windings(points.size());
-        std::vector<UncertainCrossing> expected_uncertain;
-        brute(WindingQuery{points, expected_windings, expected_uncertain});
-        std::sort(expected_uncertain.begin(), expected_uncertain.end());
-        for (const SimdTarget& target : supported_simd_targets()) {
-            std::vector<FloatWinding> windings(points.size());
-            std::vector<UncertainCrossing> uncertain;
-            cpu::TreeQueries(bvh, target)(WindingQuery{points, windings, uncertain});
-            std::sort(uncertain.begin(), uncertain.end());
-            EXPECT_TRUE(windings == expected_windings) << named.name << ", " << target.name;
-            EXPECT_TRUE(uncertain == expected_uncertain) << named.name << ", " << target.name;
-        }
-        for (const float most_d2 : {kAnyDistance2, 1.0f}) {
-            std::vector<ClosestTriangle> expected(points.size());
-            brute(ClosestQuery{points, most_d2, expected});
-            for (const SimdTarget& target : supported_simd_targets()) {
-                std::vector<ClosestTriangle> found(points.size());
-                cpu::TreeQueries(bvh, target)(ClosestQuery{points, most_d2, found});
-                EXPECT_TRUE(found == expected) << named.name << ", " << target.name;
-            }
-        }
-    }
-}
-
 /// Expects that rivals of points have the triangles that are exactly closest.
 void expect_closest_among(const Rivals& rivals, const std::vector<vec3>& points,
                           const std::vector<std::uint32_t>& closest) {
@@ -152,40 +146,6 @@ TEST(TreeQueries, FindTheExactlyClosestTriangleAmongRivalsOnEveryTarget) {
                 cpu::TreeQueries(bvh,
                                  target)(ClosestQuery{points, kAnyDistance2, found, {}, &rivals});
                 expect_closest_among(rivals, points, closest);
-            }
-        }
-    }
-}
-
-TEST(TreeQueries, CountHitsOfRaysNearEachOtherAsBruteForceOnEveryTarget) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const cpu::BruteTracer brute(scene.topology(), scene.positions());
-        // From one place each to a group of points.
-        const std::vector<vec3> points = grouped_points(scene, 60);
-        std::vector<Ray> rays = mixed_rays(scene, points.size(), 13);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            rays[i].org = rays[i - i % 48].org;
-            const vec3 dir = snap_point(points[i]) - rays[i].org;
-            if (dir != vec3(0, 0, 0)) rays[i].dir = canonical_direction(dir);
-            rays[i].tfar = i % 4 == 0 ? rays[i].tnear : kInfiniteT;
-        }
-        // Some end at their first hit, or just before it.
-        std::vector<Hit> first(rays.size());
-        const std::vector<HitCursor> before(rays.size());
-        brute(NextQuery{rays, before, Crossing::kEach, first});
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (first[i].prim_id == kNoPrim || i % 3 == 0) continue;
-            rays[i].tfar = i % 3 == 1 ? first[i].t : std::nextafter(first[i].t, 0.0f);
-        }
-        for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
-            std::vector<std::uint64_t> expected(rays.size());
-            brute(CountQuery{rays, crossing, expected});
-            for (const SimdTarget& target : supported_simd_targets()) {
-                std::vector<std::uint64_t> counts(rays.size());
-                cpu::TreeQueries(bvh, target)(CountQuery{rays, crossing, counts});
-                EXPECT_EQ(counts, expected) << named.name << ", " << target.name;
             }
         }
     }

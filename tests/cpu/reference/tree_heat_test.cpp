@@ -19,12 +19,7 @@ using cpu::count_steps;
 using cpu::leaf_looseness;
 
 Ray ray_at(vec3 org, vec3 target) {
-    Ray ray;
-    ray.org = org;
-    ray.tnear = 0;
-    ray.dir = canonical_direction(target - org);
-    ray.tfar = kInfiniteT;
-    return ray;
+    return {org, 0, canonical_direction(target - org), kInfiniteT};
 }
 
 Bvh tree_of(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {

@@ -163,7 +163,7 @@ TEST(RuleOnVectors, HasTheBitsOfTheScalarRuleOnAdversarialScenes) {
         Random random(7);
         std::vector<RuleCase> cases;
         for (const Ray& ray : mixed_rays(named.scene, 20000, 8)) {
-            const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
+            const uvec3 t = random.pick(triangles);
             const std::vector<vec3>& p = named.scene.positions();
             cases.push_back({ray, p[t.x], p[t.y], p[t.z]});
         }

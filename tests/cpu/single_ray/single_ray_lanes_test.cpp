@@ -206,9 +206,8 @@ namespace {
 using namespace test;
 
 TEST(SimdDispatch, CallsTheFunctionOfTheTarget) {
-    for (const SimdTarget& target : supported_simd_targets()) {
+    for (const SimdTarget& target : supported_simd_targets())
         EXPECT_EQ(SIMD_FUNCTION(compiled_target, target)(), target.bit) << target.name;
-    }
 }
 
 /// From where to where a line is within a box, from 0 on, and where it enters on its main axis; in
@@ -300,9 +299,8 @@ void expect_bound_of_slabs(const Node& node, std::uint32_t slot, const Ray& ray,
     const vec3 lower(node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]);
     const vec3 upper(node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]);
     SlabRay slab = slab_ray(ray.org, ray.dir);
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
         if (ray.dir[axis] != 0) slab.rdir[axis] = 1 / ray.dir[axis];
-    }
     if (!hits_box(slab, lower, upper, t_least) || t_least > last_depth(ray.tfar)) return;
     ASSERT_TRUE((answers.near_any >> slot & 1) != 0);
     ASSERT_LE(answers.least_of_all[slot], t_least);
@@ -316,19 +314,16 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanRoundingExplains) 
         const std::uint32_t used = random.below(kWidth + 1);
         const Node node = random_node(random, used);
         std::vector<Ray> rays = rays_through(scene, 1 + random.below(64), 1000 + round);
-        for (Ray& ray : rays) {
+        for (Ray& ray : rays)
             if (round % 2 == 1) ray.tfar = static_cast<float>(random.real(0, 2) * kSceneExtent);
-        }
-        if (round % 4 == 3) {
+        if (round % 4 == 3)
             for (Ray& ray : rays) ray.org = snap_point(rays[0].org + random.point(100));
-        }
         turn_to_octant(rays, random.below(8));
         const std::uint64_t all = ~std::uint64_t{0} >> (64 - rays.size());
         const std::uint64_t asked = round % 3 == 0 ? all : random.bits() & all;
         std::uint32_t leaves = 0;
-        for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+        for (std::uint32_t slot = 0; slot < kWidth; ++slot)
             leaves |= node.child[slot] >> 31 << slot;
-        }
         for (const SimdTarget& target : supported_simd_targets()) {
             SCOPED_TRACE(target.name);
             ASSERT_EQ(SIMD_FUNCTION(leaf_slots_of, target)(node), leaves);
@@ -365,7 +360,7 @@ std::vector<Ray> rays_off_surfaces(const TestScene& scene, std::size_t count, st
     if (triangles.empty()) return rays;
     Random random(seed);
     for (std::size_t i = 0; i < count; i += 2) {
-        const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
+        const uvec3 t = random.pick(triangles);
         const vec3 a = scene.positions()[t.x];
         const vec3 b = scene.positions()[t.y];
         const vec3 c = scene.positions()[t.z];

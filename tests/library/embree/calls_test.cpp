@@ -215,10 +215,10 @@ private:
     }
 
     void set_flags() {
-        const RTCSceneFlags robust = dice_.one_in(2) ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
-        const RTCSceneFlags dynamic =
-            dice_.one_in(2) ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE;
-        rtcSetSceneFlags(scene_, both(robust, dynamic));
+        int flags = RTC_SCENE_FLAG_NONE;
+        if (dice_.one_in(2)) flags |= RTC_SCENE_FLAG_ROBUST;
+        if (dice_.one_in(2)) flags |= RTC_SCENE_FLAG_DYNAMIC;
+        rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(flags));
     }
 
     /// Replaces the scene and its geometries by new ones, some of which have moved.

@@ -86,10 +86,6 @@ void trace_packet(Function function, const int* valid, RTCScene scene, Packet* p
 
 #endif
 
-inline RTCSceneFlags both(RTCSceneFlags a, RTCSceneFlags b) {
-    return static_cast<RTCSceneFlags>(static_cast<int>(a) | static_cast<int>(b));
-}
-
 using Point = std::array<float, 3>;
 
 /// The members of a ray, and of a ray with its hit, of 4 bytes each. Version 4 has bytes behind
@@ -142,11 +138,15 @@ inline bool is_occluded(RTCScene scene, RTCRayHit ray, const Query& query = {}) 
     return ray.ray.tfar == -kInfinity;
 }
 
-/// A device that is released at the end; in between its errors are taken by error().
+/// A device that is released at the end, with the scenes that it has made; in between its errors
+/// are taken by error().
 class TestDevice {
 public:
     explicit TestDevice(const char* settings = nullptr) : handle(rtcNewDevice(settings)) {}
-    ~TestDevice() { rtcReleaseDevice(handle); }
+    ~TestDevice() {
+        for (RTCScene scene : scenes_) rtcReleaseScene(scene);
+        rtcReleaseDevice(handle);
+    }
     TestDevice(const TestDevice&) = delete;
 
     RTCError error() const { return rtcGetDeviceError(handle); }
@@ -167,7 +167,7 @@ public:
     /// A scene of these geometries, which it releases, not committed.
     RTCScene scene(const std::vector<RTCGeometry>& geometries,
                    RTCSceneFlags flags = RTC_SCENE_FLAG_NONE) const {
-        RTCScene made = rtcNewScene(handle);
+        RTCScene made = scenes_.emplace_back(rtcNewScene(handle));
         rtcSetSceneFlags(made, flags);
         for (RTCGeometry geometry : geometries) {
             rtcCommitGeometry(geometry);
@@ -186,6 +186,8 @@ public:
     RTCDevice handle;
 
 private:
+    mutable std::vector<RTCScene> scenes_;
+
     template <class Index>
     RTCGeometry mesh(RTCGeometryType type, RTCFormat format, const std::vector<Point>& vertices,
                      const std::vector<Index>& indices) const {

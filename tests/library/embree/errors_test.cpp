@@ -62,7 +62,6 @@ TEST(EmbreeErrors, WhatIsNotSupportedIsNamed) {
         EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
         EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, kInvalid);
         EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
-        rtcReleaseScene(scene);
     }
     rtcNewBVH(device.handle);
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
@@ -77,7 +76,6 @@ TEST(EmbreeErrors, WhatIsNotSupportedIsNamed) {
     rtcIntersectNp(scene, nullptr, nullptr, 1);
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
 #endif
-    rtcReleaseScene(scene);
 }
 
 TEST(EmbreeErrors, MotionBlurIsRefused) {
@@ -95,13 +93,12 @@ TEST(EmbreeErrors, MotionBlurIsRefused) {
     rtcCommitScene(scene);
     EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
     EXPECT_EQ(device.error(), RTC_ERROR_NONE);
-    rtcReleaseScene(scene);
 }
 
 TEST(EmbreeErrors, TheFirstOneStaysUntilItIsTaken) {
     const TestDevice device;
     rtcReleaseGeometry(rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_GRID));
-    RTCScene scene = rtcNewScene(device.handle);
+    RTCScene scene = device.scene({});
     rtcAttachGeometry(scene, nullptr);
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
     EXPECT_EQ(device.error(), RTC_ERROR_NONE);
@@ -109,7 +106,6 @@ TEST(EmbreeErrors, TheFirstOneStaysUntilItIsTaken) {
     rtcAttachGeometry(scene, nullptr);
     std::thread([&] { EXPECT_EQ(device.error(), RTC_ERROR_NONE); }).join();
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_ARGUMENT);
-    rtcReleaseScene(scene);
 }
 
 TEST(EmbreeErrors, BuffersAreChecked) {
@@ -157,7 +153,6 @@ TEST(EmbreeErrors, ScenesThatAreNotCommittedAnswerNothing) {
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
     rtcCommitScene(scene);
     EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
-    rtcReleaseScene(scene);
 }
 
 TEST(EmbreeErrors, ObjectsMayBeReleasedInAnyOrder) {
@@ -192,7 +187,7 @@ TEST(EmbreeErrors, ObjectsMayBeReleasedInAnyOrder) {
 
 TEST(EmbreeErrors, InstancesOfScenesWithInstancesAreRefused) {
     const TestDevice device;
-    RTCScene scene = rtcNewScene(device.handle);
+    RTCScene scene = device.scene({});
     RTCGeometry instance = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(instance, scene);
     rtcAttachGeometry(scene, instance);
@@ -200,7 +195,6 @@ TEST(EmbreeErrors, InstancesOfScenesWithInstancesAreRefused) {
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
     rtcDetachGeometry(scene, 0);
     rtcReleaseGeometry(instance);
-    rtcReleaseScene(scene);
 }
 
 }  // namespace

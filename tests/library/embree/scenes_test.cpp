@@ -22,7 +22,6 @@ TEST(EmbreeScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
         rtcCommitScene(scene);
         EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 1 - z);
     }
-    rtcReleaseScene(scene);
 }
 
 TEST(EmbreeScenes, NewBuffersReplaceTheOldOnes) {
@@ -41,7 +40,6 @@ TEST(EmbreeScenes, NewBuffersReplaceTheOldOnes) {
     rtcReleaseBuffer(buffer);
     rtcCommitScene(scene);
     EXPECT_EQ(trace(scene, down(0, 0)).ray.tfar, 1);
-    rtcReleaseScene(scene);
 }
 
 TEST(EmbreeScenes, InstancesTakeAllLayoutsOfTransformations) {
@@ -71,10 +69,8 @@ TEST(EmbreeScenes, InstancesTakeAllLayoutsOfTransformations) {
         std::vector<float> read(floats.size());
         rtcGetGeometryTransform(rtcGetGeometry(scene, 1), 0, format, read.data());
         EXPECT_EQ(read, floats);
-        rtcReleaseScene(scene);
     }
     EXPECT_EQ(device.error(), RTC_ERROR_NONE);
-    rtcReleaseScene(child);
 }
 
 TEST(EmbreeScenes, MovedInstancesAreFollowed) {
@@ -95,7 +91,6 @@ TEST(EmbreeScenes, MovedInstancesAreFollowed) {
     EXPECT_EQ(hit.hit.u, 0.25f);
     EXPECT_EQ(hit.hit.instID[0], 1u);
     EXPECT_EQ(device.error(), RTC_ERROR_NONE);
-    for (RTCScene each : {scene, child}) rtcReleaseScene(each);
 }
 
 }  // namespace

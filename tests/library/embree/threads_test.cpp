@@ -57,7 +57,6 @@ TEST(EmbreeThreads, JoinEachCommitOfMovedPositions) {
         });
         EXPECT_EQ(wrong, 0) << pose;
     }
-    rtcReleaseScene(scene);
 }
 
 /// Scenes that share a mesh and a scene that they instance are independent otherwise.
@@ -99,12 +98,6 @@ TEST(EmbreeThreads, CommitScenesOfTheirOwnAtTheSameTime) {
     run_together(found.size(), [&](std::size_t i) { found[i] = work(); });
     for (const std::vector<RTCRayHit>& hits : found) EXPECT_TRUE(are_all_same(hits, expected));
     rtcReleaseGeometry(shared);
-    rtcReleaseScene(child);
-}
-
-bool count_primitives(RTCPointQueryFunctionArguments* arguments) {
-    ++*static_cast<int*>(arguments->userPtr);
-    return false;
 }
 
 /// The first point queries at a pose make a tree of boxes that all share.
@@ -130,7 +123,11 @@ TEST(EmbreeThreads, AskTheFirstPointQueriesTogether) {
                 RTCPointQueryContext context;
                 rtcInitPointQueryContext(&context);
                 int visited = 0;
-                rtcPointQuery(scene, &query, &context, count_primitives, &visited);
+                const auto count = [](RTCPointQueryFunctionArguments* arguments) {
+                    ++*static_cast<int*>(arguments->userPtr);
+                    return false;
+                };
+                rtcPointQuery(scene, &query, &context, count, &visited);
                 mine += visited != 2 * kSide * kSide;
                 is_made.store(true, std::memory_order_relaxed);
             }
@@ -142,7 +139,6 @@ TEST(EmbreeThreads, AskTheFirstPointQueriesTogether) {
         rtcCommitGeometry(mesh);
         rtcCommitScene(scene);
     }
-    rtcReleaseScene(scene);
 }
 
 }  // namespace
