@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
-#include <set>
 #include <span>
 #include <string>
 #include <variant>

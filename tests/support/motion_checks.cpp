@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
 #include "common/update/tree_updater.h"

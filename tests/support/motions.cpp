@@ -1,7 +1,7 @@
 #include "tests/support/motions.h"
 
-#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 

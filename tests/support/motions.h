@@ -1,7 +1,6 @@
 // Ways to move that are hard on a tree.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 

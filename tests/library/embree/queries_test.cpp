@@ -2,10 +2,7 @@
 // point queries.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "morphray/device.hpp"
