@@ -20,8 +20,8 @@
 
 namespace mray {
 
-/// Wall time in milliseconds and amount of the work of the last call of each kind. A device takes
-/// the times of refit and trace from its timestamps, if it has them.
+/// Milliseconds and amount of the work of the last call of each kind. A device takes the times of
+/// refit and trace from its timestamps, if it has them.
 struct BackendTimes {
     /// upload_ms and refit_ms only.
     UpdateTimes update;
@@ -92,8 +92,7 @@ public:
                                 RefitExtent extent = RefitExtent::kMoved,
                                 std::span<const IndexRange> changed = kAllIndices) = 0;
 
-    /// The nodes of the tree at the current positions. Valid until the next call of a function
-    /// that is not finish().
+    /// The nodes of the tree at the current positions. Valid until the next call but finish().
     virtual std::span<const Node> nodes() = 0;
     /// The tree at the current positions. A device reads it back once a pose. Valid until positions
     /// or tree change; threads may read it.

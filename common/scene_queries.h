@@ -3,7 +3,6 @@
 #pragma once
 
 #include <compare>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <variant>
@@ -56,8 +55,7 @@ struct FloatWinding {
 
 /// A triangle that floats cannot decide on for a point.
 struct UncertainCrossing {
-    std::uint32_t point;
-    std::uint32_t prim_id;
+    std::uint32_t point, prim_id;
 
     auto operator<=>(const UncertainCrossing&) const = default;
 };

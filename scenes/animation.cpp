@@ -6,7 +6,6 @@
 #include <string_view>
 #include <system_error>
 
-#include "common/base/errors.h"
 #include "common/text/text.h"
 #include "scenes/gltf/gltf_animation.h"
 #include "scenes/mesh/mesh_file.h"
@@ -20,22 +19,17 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBuiltinPrefix = "builtin:";
 
-std::string builtin_names() {
-    std::string names;
-    for (const ProceduralScene& scene : procedural_scenes()) {
-        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
-    }
-    return names;
-}
-
 std::unique_ptr<Animation> open_builtin(const std::string& spec) {
     const std::string_view rest = std::string_view(spec).substr(kBuiltinPrefix.size());
     const std::size_t colon = rest.find(':');
     const std::string name(rest.substr(0, colon));
     if (name.empty()) {
+        std::string names;
+        for (const ProceduralScene& scene : procedural_scenes())
+            names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
         throw Error(ErrorKind::kBadArgument,
                     "scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with one of {}",
-                    quote(spec), builtin_names());
+                    quote(spec), names);
     }
     if (colon == std::string_view::npos) return make_procedural(name);
     const auto triangles = parse_integer(rest.substr(colon + 1));
@@ -89,9 +83,8 @@ std::unique_ptr<Animation> open_scene(const std::string& spec, const AnimationOp
     std::error_code error;
     const fs::path path(spec);
     const fs::file_status status = fs::status(path, error);
-    if (fs::is_directory(status)) {
+    if (fs::is_directory(status))
         return open_keyframes(files_of_folder(path, options), spec, options);
-    }
     if (status.type() == fs::file_type::not_found) {
         if (spec.find_first_of("%*") != std::string::npos)
             return open_keyframes(files_of_pattern(spec, options), spec, options);

@@ -12,7 +12,6 @@
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
-#include "common/scene/textures.h"
 
 namespace mray {
 
@@ -40,9 +39,7 @@ struct NamedAnimation {
 
 /// Where to look from in a scene that is closed, in world space.
 struct InsideView {
-    std::array<double, 3> eye;
-    std::array<double, 3> target;
-    std::array<double, 3> light;
+    std::array<double, 3> eye, target, light;
 };
 
 /// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
@@ -70,14 +67,12 @@ public:
     /// World space is the coordinates of the file minus this, so that floats have its digits.
     virtual Origin origin() const { return {}; }
 
-    /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
-    /// entries. Frames are clamped to the range. Throws Error(kBadInput) for a frame that cannot be
-    /// read.
+    /// Writes the positions of all vertices, in world space. Frames are clamped to the range.
+    /// Throws Error(kBadInput) for a frame that cannot be read.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
-    /// Bounds of the finite vertices of the first frame that triangles use and that are not left
-    /// out (PoseExtent::limit()), on which scene space and the default view depend; a point at the
-    /// origin if none is finite. Empty without vertices.
+    /// Bounds of the first frame's finite vertices that triangles use and that are not left out
+    /// (PoseExtent::limit()); a point at the origin if there are none. Empty without vertices.
     virtual WorldBounds bounds() const = 0;
 
     /// Nothing for scenes that can be seen from outside.

@@ -30,8 +30,7 @@ inline double cos_turns(double x) {
 }
 
 struct CosSin {
-    double cos;
-    double sin;
+    double cos, sin;
 };
 inline CosSin circle_point(double turns) { return {cos_turns(turns), sin_turns(turns)}; }
 

@@ -5,7 +5,7 @@
 #define SHADERS_KERNEL_INTERFACE_H
 
 #include "common/interop/bvh_layout.h"
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/ray.h"
 
 SHARED_BEGIN

@@ -11,7 +11,7 @@
 
 #include "app/base/messages.h"
 #include "common/image/png.h"
-#include "common/scene/textures.h"
+#include "common/scene/mesh.h"
 #include "morphray/images.hpp"
 
 namespace mray::app {

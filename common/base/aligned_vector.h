@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <new>
-#include <utility>
 #include <vector>
 
 namespace mray {
@@ -22,8 +21,8 @@ inline void ask_for_huge_pages(void* p, std::size_t size) {
         madvise(static_cast<std::byte*>(p) + (first - begin), end - first, MADV_HUGEPAGE);
 }
 
-/// Memory that starts on a cache line (64 B). resize(n) leaves trivial elements uninitialised:
-/// threads fault their pages in together, and unused room costs none.
+/// Memory that starts on a cache line (64 B). resize(n) leaves trivial elements uninitialised, so
+/// that threads fault their pages in together.
 template <class T>
 struct CacheLineAllocator {
     using value_type = T;
@@ -42,10 +41,6 @@ struct CacheLineAllocator {
     template <class U>
     void construct(U* p) {
         ::new (static_cast<void*>(p)) U;
-    }
-    template <class U, class... Args>
-    void construct(U* p, Args&&... args) {
-        ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
     }
     bool operator==(const CacheLineAllocator&) const { return true; }
 };

@@ -1,4 +1,4 @@
-// Errors that an argument, a file or a device causes. A broken invariant of the code is an assert;
+// Errors that an argument, a file or a device causes. A broken invariant of the code is an assert.
 #pragma once
 
 #include <fmt/core.h>
@@ -25,8 +25,7 @@ enum class ErrorKind {
     kInternal,     // a broken invariant that was detected
 };
 
-/// A setting under which the work would have succeeded. The message does not name it, because each
-/// caller has its own name for it: an option of the program, a member of a struct.
+/// A setting under which the work would have succeeded. Each caller has its own name for it.
 enum class Hint {
     kNone,
     kLenient,         // AnimationOptions::lenient
@@ -38,7 +37,6 @@ class Error : public std::runtime_error {
 public:
     Error(ErrorKind kind, const std::string& message, Hint hint = Hint::kNone)
         : std::runtime_error(message), kind_(kind), hint_(hint) {}
-    /// Formats the message.
     template <class... Values>
     Error(ErrorKind kind, fmt::format_string<Values...> text, Values&&... values)
         : Error(kind, fmt::format(text, std::forward<Values>(values)...)) {}
@@ -79,8 +77,7 @@ struct Warning {
 
 using WarnFunction = std::function<void(const Warning&)>;
 
-/// An error about `file` ("file: ..." or "file:line: ...") as a warning. A message about anything
-/// else has no place.
+/// An error as a warning, whose place is empty unless the message begins with `file`.
 inline Warning as_warning(const Error& error, std::string_view file) {
     const std::string_view message = error.what();
     const std::size_t colon =

@@ -21,15 +21,12 @@ public:
     Hasher& operator=(const Hasher&) = delete;
 
     /// Adds the bytes of an array whose elements have no padding.
-    template <class T>
-    Hasher& add(std::span<const T> values) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        XXH3_64bits_update(state_, values.data(), values.size_bytes());
+    template <class Array>
+    Hasher& add(const Array& values) {
+        const std::span array(values);
+        static_assert(std::is_trivially_copyable_v<typename decltype(array)::value_type>);
+        XXH3_64bits_update(state_, array.data(), array.size_bytes());
         return *this;
-    }
-    template <class T>
-    requires(!std::is_const_v<T>) Hasher& add(std::span<T> values) {
-        return add(std::span<const T>(values));
     }
 
     std::uint64_t digest() const { return XXH3_64bits_digest(state_); }

@@ -35,9 +35,9 @@ private:
     int fd_;
 };
 
-/// Returns the path of a file that a scene file names, such as a material library, with links
-/// resolved. Throws Error(kBadInput) if the name is absolute, if ".." or a link leads out of the
-/// folder of the scene file, or if the file does not exist.
+/// Returns the path of a file that a scene file names, with links resolved. Throws Error(kBadInput)
+/// for an absolute name, where ".." or a link leads out of the scene file's folder, and if there is
+/// no such file.
 std::filesystem::path side_file(const std::filesystem::path& scene_file, const std::string& name);
 
 }  // namespace mray

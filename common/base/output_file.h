@@ -8,10 +8,9 @@
 
 namespace mray {
 
-/// Writes a temporary file in the folder of `path`, checks every write, calls fsync, and renames it
-/// to `path`, so that a kill at any moment leaves either the old file or the new one; it may leave
-/// the temporary file, too. Writes to an existing device or pipe (such as /dev/stdout) directly.
-/// Throws Error(kOutput) and leaves no temporary file.
+/// Renames a complete temporary file to `path`, so that a kill leaves the old file or the new one,
+/// and perhaps the temporary one. Writes to an existing device or pipe (such as /dev/stdout)
+/// directly. Throws Error(kOutput) and leaves no temporary file.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 

@@ -12,13 +12,11 @@ namespace mray {
 /// Arenas by their size.
 using ThreadArenas = std::multimap<int, tbb::task_arena>;
 
-/// Runs tasks on `threads` threads; 0 means as many as there are cores. More threads than cores are
-/// created if asked for; while several arenas of such sizes exist, the smallest size applies to
-/// all.
+/// Runs tasks on `threads` threads; 0 means as many as there are cores. While several arenas with
+/// more threads than cores exist, the smallest size applies to all.
 ///
-/// An arena of oneTBB is taken over from an earlier ThreadArena of the same size, if there is one:
-/// oneTBB frees an arena only when a worker visits it after the caller has left, and on a busy
-/// machine arenas are left sooner than workers visit them (7 KiB an arena, without end).
+/// Arenas of oneTBB are used again by later objects of their size: oneTBB frees an arena only when
+/// a worker visits it after the caller has left, which on a busy machine may never happen.
 class ThreadArena {
 public:
     explicit ThreadArena(int threads);

@@ -12,8 +12,8 @@ namespace mray {
 /// The message of the error by which watched work ends early.
 inline constexpr const char* kWorkCancelled = "the work was cancelled";
 
-/// Work asks it between tasks of some milliseconds, in any of its threads. The work is to end soon
-/// after *cancel is true, which must outlive it; null: it does not end early.
+/// Work reads it between tasks of some milliseconds, in any of its threads, and ends soon after
+/// *cancel is true, which must outlive it; null: it does not end early.
 class Watch {
 public:
     Watch() = default;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -15,7 +14,7 @@
 namespace mray {
 
 /// The depth along the viewing direction, in world space, of a hit of the camera ray of pixel
-/// (x, y). A depth too large for a float becomes the largest one.
+/// (x, y); at most the largest float.
 inline float world_depth(const Camera& camera, const SceneSpace& space, float t, std::uint32_t x,
                          std::uint32_t y) {
     constexpr double kLargest = std::numeric_limits<float>::max();

@@ -7,7 +7,7 @@
 
 #include "common/base/aligned_vector.h"
 #include "common/base/hash.h"
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/ray.h"
 
 namespace mray {
@@ -19,20 +19,17 @@ struct Frame {
     std::uint32_t height = 0;
     /// Four hits are a cache line, which packets write at once.
     AlignedVector<Hit> hits;
-    AlignedVector<std::uint32_t> occlusion;
-    AlignedVector<std::uint32_t> pixels;
-    /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
+    AlignedVector<std::uint32_t> occlusion, pixels;
+    // Set by the caller.
+    /// Whether a backend fills `pixels`; else they are empty.
     bool with_pixels = true;
-    /// If it is false, a device leaves `hits` and `occlusion` empty and saves a copy. Set by the
-    /// caller.
+    /// If it is false, a device leaves `hits` and `occlusion` empty and saves a copy.
     bool with_hits = true;
     /// True if `hits` has the hits of these camera rays, so that the CPU does not trace them again.
-    /// Set by the caller.
     bool has_hits = false;
 };
 
-/// The secondary rays that a pixel with a hit is given; `rays` is one of kRaysPrimary, kRaysShadow
-/// and kRaysAo.
+/// The secondary rays that a pixel with a hit is given; `rays` is that of ImageParams.
 inline std::uint32_t rays_per_hit(std::uint32_t rays, std::uint32_t ao_count) {
     if (rays == kRaysShadow) return 1;
     return rays == kRaysAo ? ao_count : 0;
@@ -45,7 +42,7 @@ inline std::uint64_t count_hits(const Frame& frame) {
 
 /// XXH3 (64 bits) of hits and occlusion, and of the pixels.
 inline std::uint64_t hits_hash(const Frame& frame) {
-    return Hasher().add(std::span(frame.hits)).add(std::span(frame.occlusion)).digest();
+    return Hasher().add(frame.hits).add(frame.occlusion).digest();
 }
 inline std::uint64_t image_hash(std::span<const std::uint32_t> pixels) {
     return Hasher().add(pixels).digest();

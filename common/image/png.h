@@ -18,8 +18,7 @@ struct Image {
 
 /// A text of a PNG file, UTF-8 without NUL; its keyword has 1 to 79 letters, digits and blanks.
 struct PngText {
-    std::string keyword;
-    std::string text;
+    std::string keyword, text;
 };
 
 /// The image as a PNG file in memory, with texts as iTXt chunks.

@@ -1,7 +1,6 @@
 // The arithmetic that every conformant device rounds in the same way: + - * on floats under
-// round-to-nearest, comparisons, selects, integers and bit casts. No division, square root, fma or
-// built-in dot.
-// docs/design/arithmetic.md derives the bounds that are quoted here.
+// round-to-nearest, comparisons, selects, integers and bit casts; no division, square root, fma or
+// built-in dot. docs/design/arithmetic.md derives the bounds that are quoted here.
 #if !defined(COMMON_INTEROP_ARITHMETIC_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_ARITHMETIC_H
 #define COMMON_INTEROP_ARITHMETIC_H
@@ -59,10 +58,9 @@ SHARED Float rcp(Float x) {
 /// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
 /// Exact: lab/proofs/small_floats.cpp.
 ///
-/// A fused multiply-subtract a * b - p, where there is one, has the same bits: the exact error is a
-/// float, because it is a multiple of the product of the factors' grids, at least 2^-126, and far
-/// from overflow (docs/design/arithmetic.md, "No denormals"). Where the error is 0, both are +0:
-/// the splitting begins with hh - p, and the sum of a +0 and a zero, or of x and -x, is +0.
+/// A fused multiply-subtract a * b - p, where there is one, has the same bits, because the exact
+/// error is a float (docs/design/arithmetic.md, "No denormals"). Where it is 0, both are +0: the
+/// splitting begins with hh - p, and the sum of a +0 and a zero, or of x and -x, is +0.
 #ifndef SHARED_FUSED_PRODUCT_ERROR
 SHARED Float product_error(Float a, Float b, Float p) {
     PRECISE Float ca = 4097.0f * a;
@@ -86,8 +84,7 @@ SHARED Float product_error(Float a, Float b, Float p) {
 #endif
 
 /// 1/sqrt(x) to 2 ulp for 2^-100 <= x <= 2^100: a guess on the bits and three Newton steps, the
-/// last in residual form.
-/// Checked: lab/proofs/reciprocals.cpp.
+/// last in residual form. Checked: lab/proofs/reciprocals.cpp.
 SHARED Float rsqrt(Float x) {
     PRECISE Float h = 0.5f * x;
     PRECISE Float y = uintBitsToFloat(0x5F375A86u - (floatBitsToUint(x) >> 1u));

@@ -48,9 +48,7 @@ struct Node {
 /// A vertex of a leaf in scene space. corners belongs not to this vertex but to the leaf's triangle
 /// in the same slot: its local vertex indices as packed by pack_corners.
 struct LeafVertex {
-    float x;
-    float y;
-    float z;
+    float x, y, z;
     uint corners;
 };
 

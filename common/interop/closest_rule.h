@@ -1,18 +1,16 @@
 // The distance of a triangle from a point: a pure function of the two, which rounds in the same way
 // everywhere.
 //
-// Vertices are taken relative to the point, rounded once. Floats give four candidates: the closest
-// point of each edge, and that of the triangle's inside. The nearest candidate is the answer. The
-// regions are those of C. Ericson (Real-Time Collision Detection, 2005, 5.1.5); the arithmetic is
-// not. A candidate is a weighted mean of vertices, and no weight is negative. So it lies on the
-// triangle, apart from the rounding of the mean, and is not nearer than the triangle
+// Vertices are taken relative to the point, rounded once. The answer is the nearest of four
+// candidates: the closest point of each edge, and that of the triangle's inside. The regions are
+// those of C. Ericson (Real-Time Collision Detection, 2005, 5.1.5). A candidate is a weighted mean
+// of vertices without negative weights, so it is not nearer than the triangle, apart from rounding
 // (docs/design/arithmetic.md, "Distances").
 //
-// - An edge gives the same bits in all triangles that share it, and so does a vertex: the lowest
-//   prim_id of them is the answer.
-// - A point stays within the box of its edge or triangle. Rounding is monotone, so the distance is
-//   not below that of any box around the triangle, bit for bit: a tree gives the answer of brute
-//   force, without an epsilon.
+// - An edge or a vertex gives the same bits in all triangles that share it: the lowest prim_id of
+//   them is the answer.
+// - A point stays within the box of its edge or triangle, and rounding is monotone. So the distance
+//   is not below that of any box around the triangle: a tree gives the answer of brute force.
 // - No denormal decides anything: components below kTiny are taken for 0.
 #if !defined(COMMON_INTEROP_CLOSEST_RULE_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_CLOSEST_RULE_H

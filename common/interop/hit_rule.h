@@ -20,9 +20,8 @@
 // triangle that it hits within rounding, t is within a margin of where it does, and the answer
 // cannot depend on the tree that led to it (docs/design/arithmetic.md, "Boxes").
 //
-// The displacement is some 2^-23 of a triangle's own size. A triangle without area is a sliver of
-// that width, and is hit there: it fills the crack that the displacement opens between its
-// neighbours.
+// The displacement is some 2^-23 of a triangle's own size. A triangle without area is hit as a
+// sliver of that width: it fills the crack that the displacement opens between its neighbours.
 //
 // Fast path. Plain floats with a bound of their error are certain of the signs, and give the
 // weights too, except near edges, for steep triangles, and next to the ray's origin. A tracer may
@@ -40,8 +39,7 @@ SHARED_BEGIN
 /// A ray as the rule takes it: axis is that of its largest direction component; org and dir are
 /// rotated so that it is z. depth_slack is a quarter of the depth margin.
 struct ShearedRay {
-    Float3 org;
-    Float3 dir;
+    Float3 org, dir;
     Uint axis;
     Float depth_slack;
 };
@@ -112,8 +110,7 @@ SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
 }
 
 /// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
-/// that from the origin.
-/// Checked: lab/proofs/project.g.
+/// that from the origin. Checked: lab/proofs/project.g.
 SHARED Float3 project(ShearedRay s, Float3 vertex) {
     return project_rotated(s, rotate_axes(vertex, s.axis));
 }
@@ -144,12 +141,9 @@ SHARED Float3 project_fast(ShearedRay s, Float3 vertex) {
 /// The edge functions of a triangle opposite to a, b and c; how far each may be from that of the
 /// vertices as `project` gives them; and the range and the largest size of the vertices' z.
 struct Edges {
-    Float u;
-    Float v;
-    Float w;
+    Float u, v, w;
     Float bound;
-    Float depth_range;
-    Float depth_size;
+    Float depth_range, depth_size;
 };
 
 SHARED void measure_depth(Float za, Float zb, Float zc, INOUT(Edges) e) {
@@ -184,10 +178,9 @@ SHARED Float fast_edge(Float3 p, Float3 q) {
 /// The edge functions of vertices from project_fast.
 ///
 /// With m the sum of |x| + |y| over the vertices and Z the largest |z|, each x and y is within
-/// r = 2^-21 (2 m + Z) + 2^-49 of that of `project`, rounding of the functions included, so each
-/// function is within r (m + 2 r): docs/design/arithmetic.md, "Plain floats where they suffice".
-/// Products may underflow, which the 2^-49 makes too small to matter to a function beyond its
-/// bound. Checked: lab/proofs/fast_edges.g.
+/// r = 2^-21 (2 m + Z) + 2^-49 of that of `project`, so each function is within r (m + 2 r):
+/// docs/design/arithmetic.md, "Plain floats where they suffice". The 2^-49 covers products that
+/// underflow. Checked: lab/proofs/fast_edges.g.
 SHARED Edges fast_edges(Float3 a, Float3 b, Float3 c) {
     PRECISE Float m = (projected_size(a) + projected_size(b)) + projected_size(c);
     Edges e;
@@ -231,9 +224,7 @@ SHARED Bool surely_inside(ShearedRay s, Edges e) {
 
 /// t and the barycentric weights u of b and v of c.
 struct TriangleHit {
-    Float t;
-    Float u;
-    Float v;
+    Float t, u, v;
 };
 
 /// weight * scale for 0 <= weight <= sum, where scale is 1 / sum up to a factor of 2; and 0 if

@@ -20,9 +20,7 @@ struct Ray {
 /// t: ray parameter. u, v: barycentric weights of the triangle's second and third vertex.
 /// A miss is {0, 0, 0, kNoPrim}.
 struct Hit {
-    float t;
-    float u;
-    float v;
+    float t, u, v;
     uint prim_id;
 };
 

@@ -1,9 +1,10 @@
-// From a hit and its occlusion to an 8-bit colour, in the same exact operations.
+// From a hit and its occlusion to an 8-bit colour: of ordinary images; of lit images, with a light,
+// the sky and smooth normals; and false colours. In the same exact operations as all results.
 #if !defined(COMMON_INTEROP_SHADING_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SHADING_H
 #define COMMON_INTEROP_SHADING_H
 
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/surface.h"
 
 #endif
@@ -13,6 +14,10 @@ SHARED_BEGIN
 #ifndef SHARED_LANES
 // The intensity of a point that the light does not reach.
 SHARED_CONST float kUnlitIntensity = 0.125f;
+// A bit of a packed albedo: the triangle shows the background, darkened where light is kept off.
+SHARED_CONST uint kShadowCatcherBit = 0x01000000u;
+// Another bit: the triangle has a texture.
+SHARED_CONST uint kTexturedBit = 0x02000000u;
 #endif
 
 /// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding up from 1 - rounding, in (0, 1).
@@ -78,6 +83,183 @@ SHARED uint shade(ImageParams params, Ray ray, Surface s, uint albedo, uint occl
 }
 
 #endif
+
+// ---- Lit images and false colours
+
+/// The normal of a triangle's corner for smooth shading: the vertex normal n, on the side of the
+/// triangle's own normal `flat_normal`, or that itself at a crease of more than 37 degrees.
+SHARED Float3 corner_normal(Float3 n, Float3 flat_normal) {
+    Float facing = dot3(n, flat_normal);
+    Float3 towards = select(facing < 0.0f, -n, n);
+    return select(abs(facing) >= 0.800000011920928955078125f, towards, flat_normal);
+}
+
+/// The unit normal at (u, v) of a triangle with these normals at its corners.
+SHARED Float3 smooth_normal(Float3 a, Float3 b, Float3 c, Float u, Float v) {
+    PRECISE Float w = (1.0f - u) - v;
+    PRECISE Float3 n = Float3((w * a.x + u * b.x) + v * c.x, (w * a.y + u * b.y) + v * c.y,
+                              (w * a.z + u * b.z) + v * c.z);
+    return unit(n);
+}
+
+/// How far p lies below the plane through a with the unit normal n, along n; 0 above it.
+SHARED Float3 lift_to_plane(Float3 p, Float3 a, Float3 n) {
+    PRECISE Float3 from = p - a;
+    PRECISE Float height = -lesser(dot3(from, n), 0.0f);
+    PRECISE Float3 lift = Float3(n.x * height, n.y * height, n.z * height);
+    return lift;
+}
+
+/// The surface that the normals at the corners of a triangle suggest, above its flat surface s at
+/// (u, v): the mean of s.point, lifted to the planes that touch the surface at the corners (J.
+/// Hanika. Hacking the shadow terminator. Ray Tracing Gems II, 2021). a, b, c: the corners; na, nb,
+/// nc: their unit normals, on the side of s.normal.
+SHARED Surface smooth_surface(Surface s, Float3 a, Float3 b, Float3 c, Float3 na, Float3 nb,
+                              Float3 nc, Float u, Float v) {
+    Float3 from_a = lift_to_plane(s.point, a, na);
+    Float3 from_b = lift_to_plane(s.point, b, nb);
+    Float3 from_c = lift_to_plane(s.point, c, nc);
+    PRECISE Float w = (1.0f - u) - v;
+    PRECISE Float3 lift = Float3((w * from_a.x + u * from_b.x) + v * from_c.x,
+                                 (w * from_a.y + u * from_b.y) + v * from_c.y,
+                                 (w * from_a.z + u * from_b.z) + v * from_c.z);
+    PRECISE Float3 point = s.point + lift;
+    PRECISE Float size = s.size + sum_of_abs(lift);
+    Surface above;
+    above.point = point;
+    above.normal = smooth_normal(na, nb, nc, u, v);
+    above.size = size;
+    return above;
+}
+
+#ifndef SHARED_LANES
+/// From just off surface a to just off surface b.
+SHARED Ray ray_between(Surface a, Surface b) {
+    Ray ray;
+    ray.org = off_surface(a, a.size);
+    ray.tnear = 0.0f;
+    PRECISE vec3 dir = off_surface(b, b.size) - ray.org;
+    ray.dir = canonical_direction(dir);
+    ray.tfar = power_of_two_below(largest_component(dir));
+    return ray;
+}
+#endif
+
+/// The share of `occluded` of `count` rays that are open; both are sums of whole numbers.
+SHARED Float openness(Float occluded, Float count) {
+    // The reciprocal may be rounded up, so that all of them are more than 1.
+    PRECISE Float r = 1.0f - occluded * rcp_of_positive(count);
+    return greater(r, broadcast(0.0f));
+}
+
+/// a at 0, b at 1.
+SHARED Float blend(Float a, Float b, Float x) {
+    PRECISE Float r = a + x * (b - a);
+    return r;
+}
+
+/// Linear colour to 8 bits a channel, with the rounding of encode_channel().
+SHARED Uint encode_rgb(Float3 c, Float rounding) {
+    return pack_rgb(encode_channel(c.x, rounding), encode_channel(c.y, rounding),
+                    encode_channel(c.z, rounding));
+}
+
+/// The same, rounding to nearest.
+SHARED Uint encode_rgb(Float3 c) { return encode_rgb(c, broadcast(0.5f)); }
+
+/// The rounding of the background's colour at pixel (x, y). The 16 pixels of a square of
+/// kAoSquareSide round differently, so that its mean has 16 times as many steps as a pixel.
+SHARED Float dithered_rounding(Uint x, Uint y) {
+    PRECISE Float r = to_float(ao_number(x, y, 0u)) * 0.0625f + 0.03125f;
+    return r;
+}
+
+/// The square root of a mean of squares of 8-bit channels, rounded to the nearest whole number,
+/// upwards from the middle. Exact: the mean is a multiple of 1/64 up to 255^2, and the squares that
+/// it is compared with are floats.
+SHARED Uint root_of_mean(Float mean) {
+    Float positive = greater(mean, 0.0078125f);
+    PRECISE Float guess = positive * rsqrt(positive) + 0.5f;
+    Float root = to_float(to_uint(guess));
+    PRECISE Float below = (root * root - root) + 0.25f;
+    PRECISE Float above = (root * root + root) + 0.25f;
+    PRECISE Float less = root - 1.0f;
+    PRECISE Float more = root + 1.0f;
+    Float corrected = select(mean >= above, more, select(mean < below && root > 0.0f, less, root));
+    return to_uint(corrected);
+}
+
+/// The linear colour that an albedo stands for, which is packed as by pack_rgb, linear.
+SHARED Float3 albedo_colour(Uint albedo) {
+    PRECISE Float k = broadcast(0.0039215688593685626983642578125f);  // 1/255
+    PRECISE Float3 c = Float3(to_float(albedo & 0xFFu) * k, to_float((albedo >> 8u) & 0xFFu) * k,
+                              to_float((albedo >> 16u) & 0xFFu) * k);
+    return c;
+}
+
+/// The linear colour `base` multiplied by that of a texture, whose channels are whole numbers from
+/// 0 to 65025.
+SHARED Float3 textured_colour(Float3 base, Float3 texture) {
+    PRECISE Float k = broadcast(0.00001537870048196054995059967041015625f);  // 1/65025
+    PRECISE Float3 c =
+        Float3(base.x * (texture.x * k), base.y * (texture.y * k), base.z * (texture.z * k));
+    return c;
+}
+
+/// The linear colour of a surface with the unit normal n under a warm light and a sky. to_light:
+/// the unit direction to the light; light: 1, or 0 in its shadow; open: the share of the sky that
+/// the surface sees; up: the unit vector upwards; base: the share of light that it gives back.
+SHARED Float3 lit_colour(Float3 n, Float3 to_light, Float light, Float open, Float3 up,
+                         Float3 base) {
+    PRECISE Float sun = greater(dot3(n, to_light), 0.0f) * light;
+    PRECISE Float lift = 0.5f + 0.5f * dot3(n, up);
+    PRECISE Float r = 0.9375f * sun + open * blend(broadcast(0.125f), broadcast(0.3125f), lift);
+    PRECISE Float g = 0.875f * sun + open * blend(broadcast(0.109375f), broadcast(0.34375f), lift);
+    PRECISE Float b =
+        0.765625f * sun + open * blend(broadcast(0.09375f), broadcast(0.40625f), lift);
+    PRECISE Float3 c = Float3(base.x * r, base.y * g, base.z * b);
+    return c;
+}
+
+/// The linear colour behind the scene at a height from 0 (top of the image) to 1.
+SHARED Float3 sky_colour(Float height) {
+    PRECISE Float x = height * (2.0f - height);
+    return Float3(blend(broadcast(0.28125f), broadcast(0.75f), x),
+                  blend(broadcast(0.3359375f), broadcast(0.75f), x),
+                  blend(broadcast(0.421875f), broadcast(0.734375f), x));
+}
+
+/// The linear colour of a surface that shows the background, with light and open as in
+/// lit_colour().
+SHARED Float3 shadow_catcher_colour(Float height, Float light, Float open) {
+    PRECISE Float k = (0.53125f + 0.46875f * light) * (0.25f + 0.75f * open);
+    Float3 c = sky_colour(height);
+    PRECISE Float3 darkened = Float3(c.x * k, c.y * k, c.z * k);
+    return darkened;
+}
+
+/// A unit normal as a colour: -1 to 1 on each axis is 0 to 255.
+SHARED Uint normal_colour(Float3 n) {
+    PRECISE Float x = 127.5f * n.x + 128.0f;
+    PRECISE Float y = 127.5f * n.y + 128.0f;
+    PRECISE Float z = 127.5f * n.z + 128.0f;
+    return pack_rgb(to_uint(x), to_uint(y), to_uint(z));
+}
+
+/// A depth as a grey: white up to depth `near`, darker in proportion to the distance from there,
+/// 1/16 (linear) from near + 15/16 / per_depth on.
+SHARED Uint depth_colour(Float depth, Float near, Float per_depth) {
+    PRECISE Float k = 1.0f - (depth - near) * per_depth;
+    Float grey = lesser(greater(k, 0.0625f), 1.0f);
+    return encode_rgb(Float3(grey, grey, grey));
+}
+
+/// A colour for a triangle, different for most, shaded by the cosine between normal and ray.
+SHARED Uint prim_colour(Uint prim, Float cosine) {
+    Uint hash = mix_bits(prim);
+    PRECISE Float k = 0.25f + 0.75f * abs(cosine);
+    return colour_of(k, hash | 0x202020u);
+}
 
 SHARED_END
 

@@ -1,19 +1,16 @@
 // The slab test of a ray against a box, and the pad of the boxes of leaves.
 //
 // Conservative: a ray passes the box of a triangle that it hits within 3 * 2^-24 of the box's
-// largest extent and 2^-42 E, with E = max(kSceneExtent, |org|). The first part is padded when the
-// box is stored (plane_pad), the second one and what the test rounds are the ray's: it dilates
-// boxes by kDilationOfOrigin |org| on each axis and kDilationOfExtent E, and prolongs slabs by
-// kSlabRounding. So it always meets the box.
+// largest extent and 2^-42 E, with E = max(kSceneExtent, |org|). Stored boxes are padded by the
+// first part (plane_pad). The ray dilates them by the second part and the test's own rounding.
 //
-// A hit lies no nearer than its box begins on the axis of the direction's largest component,
-// because t is a mean of the vertices' depths; and no nearer than where the ray enters the box,
-// less the depth margin M = kDepthMargin * E. Both are up to rounding (last_depth).
+// A hit lies no nearer than its box begins on the axis of the direction's largest component; and no
+// nearer than where the ray enters the box, less the depth margin M = kDepthMargin * E. Both are up
+// to rounding (last_depth).
 //
-// Monotone: every plane goes through one subtraction of a per-ray constant and one multiplication
-// by a per-ray constant, and rounding is monotone. So if a box is inside another, its interval is
-// inside the other's, bit for bit; a tree of boxes gives the answers of the triangles' own padded
-// boxes (docs/design/arithmetic.md, "Boxes").
+// Monotone: a plane goes through one subtraction of a per-ray constant and one multiplication by
+// one. So the interval of a box inside another is inside the other's, bit for bit, and a tree gives
+// the answers of the triangles' own padded boxes (docs/design/arithmetic.md, "Boxes").
 #if !defined(COMMON_INTEROP_SLAB_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SLAB_H
 #define COMMON_INTEROP_SLAB_H
@@ -41,16 +38,13 @@ SHARED Float plane_pad(Float plane, Float extent) {
 /// A ray as the slab test takes it. Lower planes are taken relative to org + D, upper planes
 /// relative to org - D, which dilates the box by D. axis is that of the largest component of dir.
 struct SlabRay {
-    Float3 rdir;
-    Float3 org_lower;
-    Float3 org_upper;
+    Float3 rdir, org_lower, org_upper;
     Float depth_margin;
     Uint axis;
 };
 
 /// 1/d to half an ulp and little more, or what stands for it: rcp() and one step with an exact
-/// residual.
-/// Checked: lab/proofs/boxes.g.
+/// residual. Checked: lab/proofs/boxes.g.
 SHARED Float slab_reciprocal(Float d) {
     Bool is_zero = d == 0.0f;
     Float x = select(is_zero, 1.0f, d);
@@ -64,15 +58,13 @@ SHARED Float slab_reciprocal(Float d) {
 /// E: the size of coordinates that a ray from org has to do with.
 SHARED Float extent_of_rays(Float3 org) { return greater(largest_component(org), kSceneExtent); }
 
-/// The least D for rays from org.
-/// Checked: lab/proofs/boxes.g.
+/// The least D for rays from org. Checked: lab/proofs/boxes.g.
 SHARED Float least_dilation(Float3 org) {
     PRECISE Float d = kDilationOfExtent * extent_of_rays(org);
     return d;
 }
 
-/// D for rays from org, on each axis.
-/// Checked: lab/proofs/boxes.g.
+/// D for rays from org, on each axis. Checked: lab/proofs/boxes.g.
 SHARED Float3 box_dilation(Float3 org) {
     Float least = least_dilation(org);
     PRECISE Float3 d =
@@ -81,8 +73,7 @@ SHARED Float3 box_dilation(Float3 org) {
     return d;
 }
 
-/// M for rays from org.
-/// Checked: lab/proofs/boxes.g.
+/// M for rays from org. Checked: lab/proofs/boxes.g.
 SHARED Float depth_margin(Float3 org) {
     PRECISE Float m = kDepthMargin * extent_of_rays(org);
     return m;

@@ -20,8 +20,7 @@ SHARED_CONST uint kAoSquareSide = 4u;
 /// sizes that entered the point's computation (the scale of its rounding error). The normal of a
 /// triangle whose edges have no cross product points against the ray.
 struct Surface {
-    Float3 point;
-    Float3 normal;
+    Float3 point, normal;
     Float size;
 };
 
@@ -61,8 +60,7 @@ SHARED Surface surface_of(Float3 org, Float3 dir, Float t, Float3 a, Float3 b, F
 }
 
 /// The point moved off the surface along its normal by kSurfaceOffset * size, on the coordinate
-/// grid: where secondary rays start or end.
-/// Checked: lab/proofs/surface_offset.g.
+/// grid: where secondary rays start or end. Checked: lab/proofs/surface_offset.g.
 SHARED Float3 off_surface(Surface s, Float size) {
     PRECISE Float offset = kSurfaceOffset * size;
     PRECISE Float3 p = Float3(s.point.x + s.normal.x * offset, s.point.y + s.normal.y * offset,

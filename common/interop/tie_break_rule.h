@@ -6,10 +6,9 @@
 // is (0, 0), for e -> 0 (H. Edelsbrunner, E. P. Mücke. Simulation of Simplicity. ACM TOG 9(1),
 // 1990). The sign of an edge function of the projected vertices A and B is then that of
 //     A.x * B.y - A.y * B.x,  where it is 0: A.y - B.y,  where it is 0: B.x - A.x.
-// It is 0 only if A = B. All triangles see the same move, because a projected vertex depends on ray
-// and vertex alone. So exactly one of the two triangles at an edge of a closed mesh that the ray
-// does not graze owns it, and a triangle whose projection has no area owns nothing
-// (docs/design/arithmetic.md, "One owner").
+// It is 0 only if A = B. All triangles see the same move. So exactly one of the two triangles at an
+// edge of a closed mesh that the ray does not graze owns it, and a triangle whose projection has no
+// area owns nothing (docs/design/arithmetic.md, "One owner").
 #if !defined(COMMON_INTEROP_TIE_BREAK_RULE_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_TIE_BREAK_RULE_H
 #define COMMON_INTEROP_TIE_BREAK_RULE_H

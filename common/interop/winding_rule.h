@@ -1,10 +1,9 @@
 // How often a closed mesh winds around a point: the crossings of the half-line from the point
 // upwards (along +z) with the triangles, each +1 or -1 by the side that it leaves.
 //
-// This file has the part that floats can decide, which is nearly all of it. What they cannot is
-// decided by exact integers on the host (common/scene/exact_crossing.h), for the coordinates that
-// the caller gave: those of scene space may differ from them by kCoordinateError, where a
-// coordinate is tiny. docs/design/arithmetic.md, "Inside".
+// Floats decide nearly all of it here. Exact integers on the host decide the rest
+// (common/scene/exact_crossing.h), for the coordinates that the caller gave, from which those of
+// scene space may differ by kCoordinateError. docs/design/arithmetic.md, "Inside".
 #if !defined(COMMON_INTEROP_WINDING_RULE_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_WINDING_RULE_H
 #define COMMON_INTEROP_WINDING_RULE_H
@@ -19,9 +18,7 @@ SHARED_BEGIN
 /// the side that it is counter-clockwise from (up) or the other one (down); and whether floats
 /// cannot tell.
 struct FloatCrossing {
-    Bool is_up;
-    Bool is_down;
-    Bool is_uncertain;
+    Bool is_up, is_down, is_uncertain;
 };
 
 /// Never wrong where it is not uncertain, for the point and the vertices before they were brought

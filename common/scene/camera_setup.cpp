@@ -1,13 +1,8 @@
 #include "common/scene/camera_setup.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <limits>
 #include <numbers>
-#include <vector>
 
 #include <glm/common.hpp>
 
@@ -17,7 +12,7 @@
 namespace mray {
 namespace {
 
-// A pixel's ambient-occlusion rays (common/interop/params.h).
+// A pixel's ambient-occlusion rays (common/interop/camera.h).
 constexpr std::uint32_t kMaxAoCount = 256;
 // Directions may be up to 2^42 (common/interop/ray.h); the image's corner is the largest.
 constexpr double kMaxSlope = 0x1p40;
@@ -26,8 +21,8 @@ constexpr double kNegligible = 0x1p-60;
 
 // Throws an error with this text unless the view is as it must be.
 template <class... Values>
-void require(bool holds, ErrorKind kind, fmt::format_string<Values...> text, Values... values) {
-    if (!holds) throw Error(kind, fmt::vformat(text, fmt::make_format_args(values...)));
+void require(bool holds, ErrorKind kind, fmt::format_string<Values...> text, Values&&... values) {
+    if (!holds) throw Error(kind, text, std::forward<Values>(values)...);
 }
 
 void require_finite(const dvec3& v, const char* what) {
@@ -78,9 +73,8 @@ Axes checked_axes(const ViewSpec& view, const ResolvedView& resolved) {
 
 vec3 to_direction(const dvec3& v) {
     vec3 direction;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
         direction[axis] = std::abs(v[axis]) < kNegligible ? 0.0f : static_cast<float>(v[axis]);
-    }
     return direction;
 }
 
@@ -99,41 +93,6 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
     camera.dv = to_direction(-pixel * axes.up);
     return camera;
 }
-
-}  // namespace
-
-ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
-                              const SceneSpace& space) {
-    assert(view.rays <= kRaysAo);
-    check_size(view);
-    const ResolvedView resolved = resolve_view(view, bounds);
-    check_view(view, resolved);
-    const Axes axes = checked_axes(view, resolved);
-    const vec3 org = space.point_to_scene(to_dvec3(resolved.eye), "the eye");
-
-    ImageParams params = {};
-    params.camera = make_camera(view, axes, org);
-    params.light = space.point_to_scene(to_dvec3(resolved.light), "the light");
-    params.ao_tfar = static_cast<float>(
-        std::clamp(space.length_to_scene(resolved.ao_distance), 0x1p-100, double(kInfiniteT)));
-    params.width = view.width;
-    params.height = view.height;
-    params.rays = view.rays;
-    params.ao_count = view.ao_count;
-    return params;
-}
-
-std::vector<Ray> camera_rays(const ImageParams& params) {
-    std::vector<Ray> rays;
-    rays.reserve(std::size_t{params.width} * params.height);
-    for (std::uint32_t y = 0; y < params.height; ++y) {
-        for (std::uint32_t x = 0; x < params.width; ++x)
-            rays.push_back(camera_ray(params.camera, x, y));
-    }
-    return rays;
-}
-
-namespace {
 
 // Where the eye is, seen from the target, unless it is given: in front, to the right, above.
 const dvec3 kDefaultSide(0.45, 0.4, 1);
@@ -169,8 +128,7 @@ SceneBox scene_box(const WorldBounds& bounds) {
 
 // The slopes from the middle of the image to the upper and the right end of the scene.
 struct HalfSlopes {
-    double up;
-    double right;
+    double up, right;
 };
 
 HalfSlopes framing_slopes(const ViewSpec& view) {
@@ -180,27 +138,28 @@ HalfSlopes framing_slopes(const ViewSpec& view) {
     return {up, is_sized ? up * view.width / view.height : up};
 }
 
-// Calls visit(p) for the corners of the box, seen from a point.
-template <class Visit>
-void for_corners(const SceneBox& scene, const dvec3& from, const Visit& visit) {
-    for (int corner = 0; corner < 8; ++corner) {
-        const dvec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
-        visit(scene.centre + sign * scene.half - from);
+std::array<dvec3, 8> corners_of(const SceneBox& scene) {
+    std::array<dvec3, 8> corners;
+    for (int i = 0; i < 8; ++i) {
+        const dvec3 sign((i & 1) * 2 - 1, (i & 2) - 1, (i & 4) / 2 - 1);
+        corners[static_cast<std::size_t>(i)] = scene.centre + sign * scene.half;
     }
+    return corners;
 }
 
-// How far before the target the eye must be for all points to be in the image, and at least
-// least_depth before the eye. for_points(visit) calls visit(p, margin) for points from the target.
-template <class ForPoints>
+// How far before the target the eye must be for all points to be in the image with a margin, and at
+// least least_depth before the eye.
+template <class Points>
 double framing_distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
-                        const ForPoints& for_points) {
+                        const Points& points, const dvec3& target, double margin) {
     double distance = 0;
-    for_points([&](const dvec3& p, double margin) {
+    for (const auto& point : points) {
+        const dvec3 p = dvec3(point) - target;
         const double least = std::max(std::abs(glm::dot(p, axes.up)) / slopes.up,
                                       std::abs(glm::dot(p, axes.right)) / slopes.right);
         const double depth = margin * std::max(least, least_depth);
         distance = std::max(distance, depth - glm::dot(p, axes.forward));
-    });
+    }
     return distance;
 }
 
@@ -223,12 +182,13 @@ dvec3 framing_target(const HalfSlopes& slopes, const Axes& axes, const SceneBox&
     Axis both[] = {{axes.right, slopes.right}, {axes.up, slopes.up}};
     double distance = 0;
     for (Axis& axis : both) {
-        for_corners(scene, scene.centre, [&](const dvec3& p) {
+        for (const dvec3& corner : corners_of(scene)) {
+            const dvec3 p = corner - scene.centre;
             const double x = glm::dot(p, axis.across);
             const double z = axis.slope * glm::dot(p, axes.forward);
             axis.a = std::max(axis.a, x - z);
             axis.b = std::max(axis.b, -x - z);
-        });
+        }
         distance = std::max(distance, (axis.a + axis.b) / (2 * axis.slope));
     }
     dvec3 target = scene.centre;
@@ -262,15 +222,13 @@ dvec3 default_side(const dvec3& up) {
 
 // Vertices of an object and their shadows, in radii from its middle to the right, up and forward.
 struct SeenObject {
-    std::vector<vec3> vertices;
-    std::vector<vec3> shadows;
+    std::vector<vec3> vertices, shadows;
 
     double distance(const HalfSlopes& slopes, const dvec3& target) const {
         const Axes axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        return framing_distance(slopes, axes, kLeastDepth, [&](const auto& visit) {
-            for (const vec3& p : vertices) visit(dvec3(p) - target, kObjectMargin / kFramingMargin);
-            for (const vec3& p : shadows) visit(dvec3(p) - target, 1);
-        });
+        return std::max(framing_distance(slopes, axes, kLeastDepth, vertices, target,
+                                         kObjectMargin / kFramingMargin),
+                        framing_distance(slopes, axes, kLeastDepth, shadows, target, 1));
     }
 };
 
@@ -300,6 +258,37 @@ SeenObject see_object(std::span<const vec3> positions, const SceneBox& box, cons
 
 }  // namespace
 
+ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
+                              const SceneSpace& space) {
+    assert(view.rays <= kRaysAo);
+    check_size(view);
+    const ResolvedView resolved = resolve_view(view, bounds);
+    check_view(view, resolved);
+    const Axes axes = checked_axes(view, resolved);
+    const vec3 org = space.point_to_scene(to_dvec3(resolved.eye), "the eye");
+
+    ImageParams params = {};
+    params.camera = make_camera(view, axes, org);
+    params.light = space.point_to_scene(to_dvec3(resolved.light), "the light");
+    params.ao_tfar = static_cast<float>(
+        std::clamp(space.length_to_scene(resolved.ao_distance), 0x1p-100, double(kInfiniteT)));
+    params.width = view.width;
+    params.height = view.height;
+    params.rays = view.rays;
+    params.ao_count = view.ao_count;
+    return params;
+}
+
+std::vector<Ray> camera_rays(const ImageParams& params) {
+    std::vector<Ray> rays;
+    rays.reserve(std::size_t{params.width} * params.height);
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x)
+            rays.push_back(camera_ray(params.camera, x, y));
+    }
+    return rays;
+}
+
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
     const SceneBox scene = scene_box(bounds);
     dvec3 target = view.target ? to_dvec3(*view.target) : scene.centre;
@@ -312,11 +301,9 @@ ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
         const Axes axes = axes_of(-from, to_dvec3(view.up));
         const HalfSlopes slopes = framing_slopes(view);
         if (!view.target) target = framing_target(slopes, axes, scene);
-        const auto for_points = [&](const auto& visit) {
-            for_corners(scene, target, [&](const dvec3& p) { visit(p, 1); });
-        };
-        eye = target +
-              framing_distance(slopes, axes, kLeastDepth * scene.radius(), for_points) * from;
+        eye = target + framing_distance(slopes, axes, kLeastDepth * scene.radius(),
+                                        corners_of(scene), target, 1) *
+                           from;
     }
     const Axes axes = axes_of(direction_of(target - eye), to_dvec3(view.up));
     const dvec3 light = view.light ? to_dvec3(*view.light) : default_light(eye, axes, scene);

@@ -11,7 +11,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 
@@ -47,15 +47,13 @@ struct ViewSpec {
 };
 
 struct ResolvedView {
-    Point eye;
-    Point target;
-    Point light;
+    Point eye, target, light;
     double ao_distance = 0;
 };
 /// Returns the view with defaults filled in. Never throws; numbers that are not finite stay so.
-/// Empty bounds count as a cube with corners at distance 1 from 0; a single point counts as a cube
-/// around it whose corners are as far from it as 0 is. The default target is beside the centre, or
-/// for a given eye the centre of the bounds, or, for an eye at it, a point in direction -z from it.
+/// Empty bounds count as a cube with corners at distance 1 from 0; a point counts as a cube around
+/// it with corners as far from it as 0 is. The default target is beside the centre; for a given eye
+/// the centre of the bounds, or, for an eye there, a point in direction -z from it.
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 
 /// Gives a view without eye and target those that show an object, whose vertices these are, in the
@@ -76,8 +74,7 @@ std::vector<Ray> camera_rays(const ImageParams& params);
 
 using glm::dvec3;
 
-/// The sine of the angle between up and the view below which they count as parallel: far above the
-/// rounding of a cross product, far below any angle that is meant.
+/// The sine of the angle between up and the view below which they count as parallel.
 inline constexpr double kParallel = 1e-9;
 
 inline bool all_finite(const dvec3& v) {
@@ -98,9 +95,7 @@ inline bool valid_fov(double fov) { return fov > 0 && fov < 180; }
 
 /// Right, up and forward of a view, of length 1 and at right angles.
 struct Axes {
-    dvec3 right;
-    dvec3 up;
-    dvec3 forward;
+    dvec3 right, up, forward;
 };
 
 /// right and up are 0 when up is parallel to the view or has no direction.

@@ -18,9 +18,7 @@ namespace {
 
 /// A vector in units of the least float, 2^-149.
 struct Vector {
-    mpz_class x;
-    mpz_class y;
-    mpz_class z;
+    mpz_class x, y, z;
 };
 
 /// Exact: a double has room for the digits and the exponent.
@@ -67,15 +65,13 @@ Border border_of(vec3 a, vec3 b) { return std::minmax(Place{a.x, a.y, a.z}, Plac
 /// The edge or vertex of a hit triangle that the ray goes through.
 std::optional<Border> find_border(const ShearedRay& ray, vec3 a, vec3 b, vec3 c) {
     const Edges e = exact_edges(project(ray, a), project(ray, b), project(ray, c));
-    const bool on_bc = e.u == 0;
-    const bool on_ca = e.v == 0;
-    const bool on_ab = e.w == 0;
-    if (on_ca && on_ab) return border_of(a, a);
-    if (on_ab && on_bc) return border_of(b, b);
-    if (on_bc && on_ca) return border_of(c, c);
-    if (on_bc) return border_of(b, c);
-    if (on_ca) return border_of(c, a);
-    if (on_ab) return border_of(a, b);
+    const vec3 corners[] = {a, b, c};
+    const bool on_opposite[] = {e.u == 0, e.v == 0, e.w == 0};
+    for (int i = 0; i < 3; ++i)
+        if (on_opposite[(i + 1) % 3] && on_opposite[(i + 2) % 3])
+            return border_of(corners[i], corners[i]);
+    for (int i = 0; i < 3; ++i)
+        if (on_opposite[i]) return border_of(corners[(i + 1) % 3], corners[(i + 2) % 3]);
     return std::nullopt;
 }
 

@@ -18,12 +18,11 @@ struct ExactCrossing {
     bool is_on_triangle = false;
 };
 
-/// The crossing of a finite point p and a triangle of finite vertices, in any space. Exact: the
-/// signs of determinants of their coordinates decide. The half-line is moved by less than any
-/// distance, to that of p + (e, e^2, e^3), e -> 0 (H. Edelsbrunner, E. P. Mücke. Simulation of
-/// Simplicity. ACM TOG 9(1), 1990): of the triangles around an edge or a vertex that it passes
-/// through it crosses one, and a point on the surface is its moved neighbour. Takes some
-/// microseconds. docs/design/arithmetic.md, "Inside".
+/// The crossing of a finite point p and a triangle of finite vertices, in any space: exact, by
+/// signs of determinants, in some microseconds. The half-line is moved by less than any distance,
+/// to that of p + (e, e^2, e^3), e -> 0 (H. Edelsbrunner, E. P. Mücke. Simulation of Simplicity.
+/// ACM TOG 9(1), 1990), so that it crosses one of the triangles around an edge or a vertex.
+/// docs/design/arithmetic.md, "Inside".
 ExactCrossing exact_crossing(vec3 p, vec3 a, vec3 b, vec3 c);
 
 /// Keeps of the hits through one edge or vertex of a mesh the first, and all through the inside of

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "common/base/hash.h"
 #include "common/interop/hit_rule.h"
@@ -32,9 +33,7 @@ std::vector<std::uint32_t> number_places(std::span<const vec3> positions) {
     std::vector<std::uint32_t> sorted(positions.size());
     std::iota(sorted.begin(), sorted.end(), 0u);
     std::erase_if(sorted, [&](std::uint32_t i) { return positions[i].x > kSceneExtent; });
-    std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return place_of(positions[a]) < place_of(positions[b]);
-    });
+    std::ranges::sort(sorted, {}, [&](std::uint32_t i) { return place_of(positions[i]); });
     std::uint32_t number = 0;
     for (std::size_t i = 0; i < sorted.size(); ++i) {
         if (i > 0 && place_of(positions[sorted[i]]) != place_of(positions[sorted[i - 1]])) ++number;
@@ -44,13 +43,8 @@ std::vector<std::uint32_t> number_places(std::span<const vec3> positions) {
 }
 
 struct DirectedEdge {
-    std::uint32_t lower;
-    std::uint32_t upper;
+    std::uint32_t lower, upper;
     bool is_upward;
-
-    bool is_same_edge(const DirectedEdge& other) const {
-        return lower == other.lower && upper == other.upper;
-    }
 };
 
 /// The three edges of each triangle, one triangle after the other.
@@ -91,10 +85,7 @@ Albedo albedo_of(float r, float g, float b) {
 
 std::uint64_t topology_hash(const Topology& topology) {
     const std::uint32_t count[] = {topology.vertex_count};
-    return Hasher()
-        .add(std::span<const std::uint32_t>(count))
-        .add(std::span(topology.triangles))
-        .digest();
+    return Hasher().add(count).add(topology.triangles).digest();
 }
 
 std::vector<IndexRange> used_vertices(std::span<const uvec3> triangles, std::size_t vertex_count) {
@@ -128,11 +119,10 @@ DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3>
         const vec3 a = positions[t.x];
         const vec3 b = positions[t.y];
         const vec3 c = positions[t.z];
-        if (!finite_vertices(a, b, c)) {
+        if (!finite_vertices(a, b, c))
             ++count.left_out;
-            continue;
-        }
-        if (!has_area(a, b, c)) ++count.zero_area;
+        else if (!has_area(a, b, c))
+            ++count.zero_area;
     }
     return count;
 }
@@ -150,12 +140,11 @@ bool has_area(vec3 a, vec3 b, vec3 c) {
 EdgeCounts count_edges(const Topology& topology, std::span<const vec3> positions) {
     std::vector<DirectedEdge> edges = edges_of(topology, positions);
     EdgeCounts counts{.twins = count_twins(edges)};
-    std::sort(edges.begin(), edges.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
-        return std::tie(a.lower, a.upper) < std::tie(b.lower, b.upper);
-    });
+    const auto ends_of = [](const DirectedEdge& e) { return std::pair(e.lower, e.upper); };
+    std::ranges::sort(edges, {}, ends_of);
     for (auto first = edges.begin(); first != edges.end();) {
-        const auto last = std::find_if(
-            first, edges.end(), [&](const DirectedEdge& e) { return !e.is_same_edge(*first); });
+        const auto last =
+            std::ranges::upper_bound(first, edges.end(), ends_of(*first), {}, ends_of);
         const auto triangles = last - first;
         const auto upward = std::count_if(first, last, [](const auto& e) { return e.is_upward; });
         const bool is_uneven = 2 * upward != triangles;

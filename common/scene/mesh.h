@@ -1,7 +1,9 @@
-// The constant part of a triangle scene, and what its triangles are like.
+// The constant part of a triangle scene with its textures, and what its triangles are like.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,14 +16,13 @@ namespace mray {
 using Albedo = std::uint32_t;
 inline constexpr Albedo kDefaultAlbedo = 0x00BFBFBF;
 
-/// The albedo of linear channels, clamped to [0, 1] and rounded to 8 bits.
+/// Linear channels, clamped to [0, 1] and rounded.
 Albedo albedo_of(float r, float g, float b);
 
 /// The most triangles of a scene: more might need a tree above kMaxBinaryHeight.
 inline constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
-/// The constant part of a deforming scene. prim_id i is triangles[i]; every index is below
-/// vertex_count; albedo has one entry for each triangle.
+/// prim_id i is triangles[i], whose indices are below vertex_count, with albedo[i].
 struct Topology {
     std::vector<uvec3> triangles;
     std::vector<Albedo> albedo;
@@ -39,7 +40,7 @@ struct DegenerateCount {
 };
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
 
-/// Returns true if a triangle in scene space has an area, exactly, and its vertices are finite.
+/// Exact, for a triangle in scene space; false if a vertex is not finite.
 bool has_area(vec3 a, vec3 b, vec3 c);
 
 /// Indices [begin, end).
@@ -83,5 +84,44 @@ EdgeCounts count_edges(const Topology& topology, std::span<const vec3> positions
 
 /// "4 open, 0 of more than two triangles, 1 turned", or "closed: 0 open, ...", and any twins.
 std::string describe(const EdgeCounts& counts);
+
+// ---- Textures: which images triangles show, and where on them
+
+/// Stands for the number of a texture of a triangle that has none.
+inline constexpr std::uint32_t kNoTexture = 0xFFFFFFFFu;
+
+/// A point of an image: u from its left side (0) to the right (1), v from below (0) to the top (1).
+struct Texcoord {
+    float u = 0;
+    float v = 0;
+    bool operator==(const Texcoord&) const = default;
+};
+
+using Texcoords = std::array<Texcoord, 3>;
+
+/// An image file, and whether its border pixels go on outside of it; otherwise it repeats.
+struct TextureFile {
+    std::string path = {};
+    bool clamp = false;
+    /// From 0 to 1: where its alpha is below this, it has holes. 0: nowhere.
+    float alpha_cutoff = 0;
+    /// The part of the file that is the image, in bytes; size 0: all of it.
+    std::uint64_t offset = 0;
+    std::uint64_t size = 0;
+    /// Where in the file at `path` the image stands, for messages, such as "images[3]"; empty: it
+    /// is the file.
+    std::string place = {};
+    /// Bytes that stand in the file in base 64, of which the image is a part; null: the file's.
+    std::shared_ptr<const std::string> content = {};
+    bool operator==(const TextureFile&) const = default;
+};
+
+/// The textures of a mesh, the same in all frames. A triangle's colour is the product of its albedo
+/// and its texture. Without files all are empty, else the others have an entry for each triangle.
+struct SceneTextures {
+    std::vector<TextureFile> files;
+    std::vector<Texcoords> texcoords;
+    std::vector<std::uint32_t> texture_ids;
+};
 
 }  // namespace mray

@@ -10,20 +10,18 @@
 #include <glm/ext/vector_double3.hpp>
 #include <glm/vec3.hpp>
 
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/platform.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 
 namespace mray {
 
-/// Lower and upper corner of a set of points in world space, in double so that no extent of
-/// floats overflows. Without a finite point they are empty: lower > upper.
+/// Bounds of points, in double so that no extent of floats overflows. Empty: lower > upper.
 struct WorldBounds {
     glm::dvec3 lower = {1, 1, 1};
     glm::dvec3 upper = {-1, -1, -1};
     bool empty() const { return lower.x > upper.x; }
-
     void extend(const WorldBounds& other);
 };
 
@@ -43,7 +41,7 @@ public:
     bool operator==(const SceneSpace&) const = default;
 
     int exponent() const { return exponent_; }
-    /// The point of world space that scene space has as its origin.
+    /// The origin of scene space, in world space.
     double centre(int axis) const { return centre_[axis]; }
     float limit() const { return limit_; }
     /// False for a vertex that is not finite or has a coordinate beyond the limit.
@@ -71,8 +69,7 @@ private:
 };
 
 /// Vertices of a pose are left out if a coordinate is more than 2^kFarExponent times as large as
-/// those of most vertices. Farther away, the grid of scene space would move the others by more than
-/// 2^-24 of their size.
+/// those of most: otherwise the grid of scene space would move these by more than 2^-24.
 inline constexpr int kFarExponent = 37;
 
 /// The size of a pose: counts and bounds of its finite vertices by the power of two that holds
@@ -87,12 +84,11 @@ public:
     void extend(const PoseExtent& other);
 
     /// The coordinate beyond which vertices are left out, from the least power of two that holds
-    /// more than half of the vertices, those at 0 not counted; at least the power of two that holds
-    /// the space of `reference`. The largest float if no vertex is beyond it.
+    /// more than half of the vertices that are not at 0; at least the power of two that holds the
+    /// space of `reference`. The largest float if no vertex is beyond it.
     float limit(const WorldBounds& reference = {}) const;
-    /// The bounds of the vertices up to a limit.
     WorldBounds bounds(float limit) const;
-    /// The number of finite vertices beyond a limit.
+    /// Counts finite vertices.
     std::uint64_t count_beyond(float limit) const;
 
 private:
@@ -106,26 +102,22 @@ private:
 };
 
 /// The space of a pose: that of `reference`, the bounds of an animation or scene, as long as all
-/// vertices lie in its range; otherwise that of both together. A vertex beyond that range and
-/// PoseExtent::limit() is left out. It depends on no other pose. Without a reference the pose is
-/// its own.
+/// vertices lie in its range; otherwise that of both together. Vertices beyond that range and
+/// PoseExtent::limit() are left out. Without a reference the pose is its own.
 SceneSpace space_of_pose(const WorldBounds& reference, const PoseExtent& pose);
 
 /// A ray in world space as read from a file, made fit for the hit rule.
 struct WorldRay {
-    glm::dvec3 org;
-    glm::dvec3 dir;
-    double tnear;
-    double tfar;
+    glm::dvec3 org, dir;
+    double tnear, tfar;
 };
 
 /// Rays from farther away on an axis are moved along themselves to the scene: 2^10 extents.
 inline constexpr float kFarOrigin = 0x1p+30f;
 
-/// A ray in scene space, with dir scaled by a power of two so that its largest component is in
-/// [1, 2); world_t = t_start + ray_t * 2^t_exponent, and t_start is 0 unless the origin is far
-/// away. `valid` is false for a ray that is not finite, has no direction or an empty interval, or
-/// leads from far away past the scene: it hits nothing.
+/// A ray in scene space; world_t = t_start + ray_t * 2^t_exponent, and t_start is 0 unless the
+/// origin is far away. `valid` is false for a ray that is not finite, has no direction or an empty
+/// interval, or leads from far away past the scene: it hits nothing.
 struct SceneRay {
     Ray ray;
     int t_exponent = 0;
@@ -151,13 +143,12 @@ inline constexpr std::uint32_t kStoredTileSide = 64;
 struct StoredRayTile {
     const StoredRay* rays;
     std::size_t stride;
-    std::uint32_t width;
-    std::uint32_t height;
+    std::uint32_t width, height;
     vec3 org;
 };
 
-/// The place where world space has its 0, in the coordinates of files and of callers' doubles.
-/// These may lie so far from 0 that the steps of floats are too coarse for them.
+/// The 0 of world space in the coordinates of files and of callers' doubles, which may lie so far
+/// from 0 that floats are too coarse for them.
 struct Origin {
     glm::dvec3 at = {0, 0, 0};
     bool operator==(const Origin&) const = default;
@@ -170,8 +161,8 @@ struct Origin {
         return at == glm::dvec3(0.0) ? world : world + at;
     }
 
-    /// The farthest that to_world() moves a coordinate by rounding. Ignores points that are not
-    /// finite, beyond 1e30, or 2^37 times as far from 0 as most.
+    /// The farthest that to_world() moves a coordinate. Ignores points that are not finite, beyond
+    /// 1e30, or 2^37 times as far from 0 as most.
     double rounding_of(std::span<const glm::dvec3> given) const;
     /// Whether that is more than 1e-6 of the extent of all points.
     bool rounds_coarsely(std::span<const glm::dvec3> given) const;
@@ -183,8 +174,7 @@ struct Origin {
 /// The centre of points in whole steps of a power of two of about their extent, so that subtracting
 /// it is exact.
 Origin centre_of(std::span<const glm::dvec3> given);
-/// The origin for the points of a first frame: 0 unless that rounds coarsely and their centre does
-/// not.
+/// The origin for the points of a first frame: 0, or their centre if that alone rounds finely.
 Origin origin_of(std::span<const glm::dvec3> given);
 
 }  // namespace mray

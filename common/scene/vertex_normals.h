@@ -18,24 +18,19 @@ public:
     /// Three indices for each triangle, or kFlatCorner. Memory is taken up to the largest.
     VertexNormals(std::span<const uvec3> triangles, std::span<const uvec3> ids);
 
-    /// Sets the normals for vertex positions: the unit vector of the sum of the cross products of
-    /// the edges of all triangles with such a corner, which weighs them by their areas, in the
-    /// order of prim_id; 0 if that is 0. Triangles with a vertex that is not finite count as 0.
-    /// Runs on the threads of the calling arena; the bits do not depend on their number.
-    /// O(triangles).
+    /// Sets the normals: unit vectors of the sums of the cross products of the edges of their
+    /// triangles, in the order of prim_id; 0 where that is 0. Triangles with a vertex that is not
+    /// finite count as 0. The bits do not depend on the number of threads. O(triangles).
     void update(std::span<const vec3> positions);
 
     std::span<const uvec3> ids() const { return ids_; }
     std::span<const vec3> normals() const { return normals_; }
 
 private:
-    std::vector<uvec3> triangles_;
-    std::vector<uvec3> ids_;
+    std::vector<uvec3> triangles_, ids_;
     /// The triangles of normal i are users_[begins_[i]] up to users_[begins_[i + 1]].
-    std::vector<std::uint32_t> begins_;
-    std::vector<std::uint32_t> users_;
-    std::vector<vec3> areas_;
-    std::vector<vec3> normals_;
+    std::vector<std::uint32_t> begins_, users_;
+    std::vector<vec3> areas_, normals_;
 };
 
 }  // namespace mray

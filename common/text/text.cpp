@@ -9,7 +9,6 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <sstream>
 #include <type_traits>
@@ -17,19 +16,15 @@
 namespace mray {
 namespace {
 
-constexpr std::size_t kQuoteLimit = 80;
-
 // Bytes above `last` and control characters as \xNN.
 std::string escaped(std::string_view text, unsigned last) {
     std::string result;
-    result.reserve(text.size());
     for (const char c : text) {
         const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7F || byte > last) {
+        if (byte < 0x20 || byte == 0x7F || byte > last)
             result += fmt::format("\\x{:02X}", byte);
-        } else {
+        else
             result += c;
-        }
     }
     return result;
 }
@@ -45,22 +40,37 @@ constexpr std::array<std::uint8_t, 256> make_values() {
 }
 constexpr std::array<std::uint8_t, 256> kValues = make_values();
 
+constexpr std::int64_t kManyDigits = 1'000'000'000'000'000'000;
+
+template <class T>
+std::optional<T> parse_real(std::string_view text) {
+    // from_chars accepts no '+'. "+-1" must not become -1.
+    if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+    T value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [read_to, error] = std::from_chars(text.data(), end, value);
+    if (error == std::errc::invalid_argument || read_to != end) return std::nullopt;
+    if (error == std::errc()) return value;
+    // from_chars says only that a number is too large or too small.
+    static const locale_t locale = newlocale(LC_ALL_MASK, "C", nullptr);
+    const std::string number(text);
+    if constexpr (std::is_same_v<T, float>) return strtof_l(number.c_str(), nullptr, locale);
+    return strtod_l(number.c_str(), nullptr, locale);
+}
+
 }  // namespace
 
 std::string quote(std::string_view text) {
-    const bool cut = text.size() > kQuoteLimit;
-    return fmt::format("'{}'{}", escaped(text.substr(0, kQuoteLimit), 0x7F), cut ? "..." : "");
+    constexpr std::size_t kMost = 80;
+    return fmt::format("'{}'{}", escaped(text.substr(0, kMost), 0x7F),
+                       text.size() > kMost ? "..." : "");
 }
 
 std::string escape(const std::filesystem::path& path) { return escaped(path.native(), 0xFF); }
 
 std::optional<std::string> from_base64(std::string_view text) {
     if (text.size() % 4 != 0) return std::nullopt;
-    std::size_t padding = 0;
-    while (padding < 2 && text.ends_with('=')) {
-        text.remove_suffix(1);
-        ++padding;
-    }
+    for (int i = 0; i < 2 && text.ends_with('='); ++i) text.remove_suffix(1);
     std::string bytes;
     bytes.reserve(text.size() / 4 * 3 + 2);
     std::uint32_t bits = 0;
@@ -99,35 +109,6 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
     return result;
 }
 
-namespace {
-
-constexpr std::int64_t kManyDigits = 1'000'000'000'000'000'000;
-
-bool digit(char c) { return c >= '0' && c <= '9'; }
-
-// from_chars accepts no '+'. "+-1" must not become -1.
-std::string_view without_plus(std::string_view text) {
-    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-    return text;
-}
-
-template <class T>
-std::optional<T> parse_real(std::string_view text) {
-    text = without_plus(text);
-    T value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [read_to, error] = std::from_chars(text.data(), end, value);
-    if (error == std::errc::invalid_argument || read_to != end) return std::nullopt;
-    if (error == std::errc()) return value;
-    // from_chars says only that a number is too large or too small.
-    static const locale_t locale = newlocale(LC_ALL_MASK, "C", nullptr);
-    const std::string number(text);
-    if constexpr (std::is_same_v<T, float>) return strtof_l(number.c_str(), nullptr, locale);
-    return strtod_l(number.c_str(), nullptr, locale);
-}
-
-}  // namespace
-
 std::optional<float> parse_float(std::string_view text) { return parse_real<float>(text); }
 
 std::optional<double> parse_double(std::string_view text) { return parse_real<double>(text); }
@@ -165,7 +146,8 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 }
 
 std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
-    if (text.empty() || !std::all_of(text.begin(), text.end(), digit)) return std::nullopt;
+    if (text.empty() || text.find_first_not_of("0123456789") != std::string_view::npos)
+        return std::nullopt;
     std::uint64_t value = 0;
     const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
     if (result.ec != std::errc()) return std::numeric_limits<std::uint64_t>::max();

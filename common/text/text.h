@@ -28,7 +28,7 @@ inline std::string_view trimmed(std::string_view text, std::string_view blanks) 
     return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// The letter of lower case of A to Z; any other byte as it is.
+/// Changes A to Z alone.
 constexpr char lower_case(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
@@ -51,8 +51,8 @@ std::string quote(std::string_view text);
 /// The path, with control characters as \xNN.
 std::string escape(const std::filesystem::path& path);
 
-/// The bytes of a text in base 64. Nothing for any other text: characters outside of the 64, blanks
-/// and line ends among them, a length that is no multiple of 4, padding that is not at the end.
+/// The bytes of a text in base 64. Nothing for any other text, such as one with blanks or line ends
+/// or whose length is no multiple of 4.
 std::optional<std::string> from_base64(std::string_view text);
 
 // ---- Numbers

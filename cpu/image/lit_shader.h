@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 #include "common/scene/vertex_normals.h"
@@ -56,8 +56,8 @@ struct LitPixel {
     float open;
 };
 
-/// Shades images with the bits of common/interop/lit.h. The occlusion of a sample is the mean over
-/// the square of kAoSquareSide samples a side around it, without those on other surfaces (A.
+/// Shades images with the bits of common/interop/shading.h. The occlusion of a sample is the mean
+/// over the square of kAoSquareSide samples a side around it, without those on other surfaces (A.
 /// Keller, W. Heidrich. Interleaved sampling. 2001). The samples of a pixel are averaged as linear
 /// colours.
 struct LitShader {
@@ -70,7 +70,7 @@ struct LitShader {
                        std::uint32_t* pixels, LitPixel* details);
 
     /// Sets `xs` to the samples x of row y in shadow whose smooth surface (smooth_surface() of
-    /// common/interop/lit.h) faces the light and is another than the flat one, in order. The
+    /// common/interop/shading.h) faces the light and is another than the flat one, in order. The
     /// samples have normal_ids and `shadows`. Thread-safe.
     void (*find_flat_shadows)(const LitSamples& samples, std::uint32_t y,
                               std::vector<std::uint32_t>& xs);

@@ -9,7 +9,7 @@
 
 #include "common/interop/platform.h"
 #include "common/interop/ray.h"
-#include "common/scene/textures.h"
+#include "common/scene/mesh.h"
 
 namespace mray::cpu {
 

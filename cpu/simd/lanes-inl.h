@@ -13,7 +13,6 @@
 #include "common/interop/camera.h"
 #include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
-#include "common/interop/lit.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
 #include "common/interop/tie_break_rule.h"
@@ -102,7 +101,6 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "common/interop/shading.h"
-#include "common/interop/lit.h"
 #include "common/interop/closest_rule.h"
 #include "common/interop/winding_rule.h"
 // clang-format on

@@ -15,7 +15,7 @@
 
 #include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"

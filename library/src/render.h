@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "common/image/frame.h"
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "morphray/images.hpp"
 
 namespace morphray::detail {

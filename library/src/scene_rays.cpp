@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "common/interop/hit_rule.h"
-#include "common/interop/lit.h"
+#include "common/interop/shading.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "library/src/query_batches.h"

@@ -92,8 +92,7 @@ private:
     }
 
     std::string name_;
-    /// In messages.
-    std::string file_;
+    std::string file_;  // in messages
     bool is_lenient_;
     gltf::GltfScene scene_;
     gltf::Skinning skinning_;

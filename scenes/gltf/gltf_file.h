@@ -33,7 +33,6 @@ std::optional<std::string> data_of_uri(const JsonAt& uri);
 /// Throws Error(kBadInput) for a URI such as "http://", and what side_file() throws.
 std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path& scene_file);
 
-/// Bytes of a buffer, and where they are on the disk.
 struct Buffer {
     std::string_view bytes = {};
     /// Empty for a data: URI.
@@ -60,8 +59,7 @@ public:
     GltfFile& operator=(const GltfFile&) = delete;
 
     const std::filesystem::path& path() const { return path_; }
-    /// In messages.
-    const std::string& name() const { return name_; }
+    const std::string& name() const { return name_; }  // in messages
     JsonAt root() const { return {json_, name_}; }
     /// The number of elements of a member such as "nodes"; 0 without it.
     std::size_t count(const char* key) const;
@@ -78,7 +76,6 @@ private:
     void require_known_extensions(const WarnFunction& warn) const;
     /// `binary_chunk` has no data if it is not this buffer's.
     Buffer read_buffer(const JsonAt& buffer, std::string_view binary_chunk);
-    const std::string& read_side_file(const JsonAt& uri, const std::filesystem::path& file);
 
     std::filesystem::path path_;
     std::string name_;
@@ -90,8 +87,6 @@ private:
     std::uint64_t buffer_bytes_ = 0;
 };
 
-// Each takes the index of an accessor, and throws Error(kBadInput) with the place that is wrong.
-
 /// The elements that a reader of numbers accepts.
 struct Wanted {
     /// The numbers of an element: 1 of a SCALAR, 3 of a VEC3, 16 of a MAT4.
@@ -102,7 +97,8 @@ struct Wanted {
     std::size_t vertex_count = 0;
 };
 
-/// All numbers. Of integers that are normalised, c / 127, c / 255, ... in float, at least -1.
+/// All numbers of an accessor. Of integers that are normalised, c / 127, c / 255, ... in float, at
+/// least -1. Throws Error(kBadInput) with the place that is wrong, as integers() does.
 std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted);
 
 /// Not normalised; 32 bits only for a `width` of 1. `vertex_count` is that of Wanted.

@@ -3,13 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <memory>
-#include <optional>
-#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -40,8 +36,8 @@ TexcoordUse texcoords_of(const JsonAt& info) {
     constexpr double kTurn = 6.283185307179586476925;
     const CosSin turned = circle_point(rotation ? rotation->number() / kTurn : 0);
     // Counterclockwise as the image is seen: v goes downwards.
-    use.map = {.u = {turned.cos * scale[0], turned.sin * scale[1], offset[0]},
-               .v = {-turned.sin * scale[0], turned.cos * scale[1], offset[1]}};
+    use.u = {turned.cos * scale[0], turned.sin * scale[1], offset[0]};
+    use.v = {-turned.sin * scale[0], turned.cos * scale[1], offset[1]};
     return use;
 }
 
@@ -78,17 +74,14 @@ private:
     }
 
     void warn(const JsonAt& at, const std::string& what) {
-        odd_.add([&] { return Warning{file_.name(), fmt::format("{}: {}", at.path(), what)}; });
+        odd_.add(file_.name(), "{}: {}", at.path(), what);
     }
 
     /// From where on a material is opaque; 0: everywhere.
     double alpha_cutoff_of(const JsonAt& material) {
         const auto mode = material.find("alphaMode");
-        if (mode && mode->text() == "BLEND") {
-            blends_.add([&] {
-                return Warning{file_.name(), mode->path() + ": is BLEND; shown opaque"};
-            });
-        }
+        if (mode && mode->text() == "BLEND")
+            blends_.add(file_.name(), "{}: is BLEND; shown opaque", mode->path());
         if (!mode || mode->text() != "MASK") return 0;
         const auto cutoff = material.find("alphaCutoff");
         return cutoff ? std::max(cutoff->number(), 0.0) : 0.5;
@@ -157,34 +150,11 @@ private:
     std::map<std::tuple<std::uint32_t, bool, float>, std::uint32_t> known_;
     /// Those that are used, by their indices; nothing for those that are left out.
     std::map<std::uint32_t, std::optional<TextureFile>> images_;
-    WarningCount odd_;
-    WarningCount blends_;
+    WarningCount odd_, blends_;
 };
-
-}  // namespace
-
-Materials read_materials(const GltfFile& file, const AnimationOptions& options) {
-    Materials result;
-    MaterialReader reader(file, result);
-    const std::size_t count = file.count("materials");
-    for (std::size_t i = 0; i < count; ++i) reader.read(file.element("materials", i));
-    reader.tell(options.warn);
-    return result;
-}
-
-namespace {
 
 // Joints are numbers of 16 bits.
 constexpr std::size_t kMaxJoints = 65536;
-
-Affine matrix_of(const float* m) {
-    Affine matrix;
-    for (std::size_t k = 0; k < 4; ++k) {
-        matrix.column[k] = {static_cast<double>(m[4 * k]), static_cast<double>(m[4 * k + 1]),
-                            static_cast<double>(m[4 * k + 2])};
-    }
-    return matrix;
-}
 
 /// JOINTS_n and WEIGHTS_n for n = 0, 1, ...: four numbers a vertex each.
 struct InfluenceSets {
@@ -246,32 +216,8 @@ Influences joined_influences(const InfluenceSets& sets,
     return result;
 }
 
-}  // namespace
-
-Skin read_skin(const GltfFile& file, std::size_t index) {
-    const JsonAt at = file.element("skins", index);
-    const JsonAt joints = at.at("joints");
-    const std::size_t joint_count = joints.size();
-    if (joint_count == 0 || joint_count > kMaxJoints)
-        joints.fail("has {} joints; must be from 1 to {}", joint_count, kMaxJoints);
-    Skin skin;
-    for (std::size_t i = 0; i < joint_count; ++i)
-        skin.joints.push_back(joints[i].index_below(file.count("nodes"), "nodes"));
-    skin.inverse_binds.resize(joint_count);
-    const auto reference = at.find("inverseBindMatrices");
-    if (!reference) return skin;
-    const std::vector<float> values = floats(file, *reference, {.width = 16});
-    if (values.size() / 16 < joint_count)
-        reference->fail("has {} matrices for {} joints", values.size() / 16, joint_count);
-    for (std::size_t i = 0; i < joint_count; ++i) {
-        for (std::size_t k = 0; k < 16; ++k) {
-            if (!std::isfinite(values[16 * i + k])) reference->fail("matrix {} is not finite", i);
-        }
-        skin.inverse_binds[i] = matrix_of(&values[16 * i]);
-    }
-    return skin;
-}
-
+/// Reads attributes JOINTS_n and WEIGHTS_n of a primitive. A vertex without a weight above 0 is an
+/// error; if lenient, it moves with its first joint, with a warning.
 Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
                            bool lenient, WarningCount& unweighted) {
     InfluenceSets sets;
@@ -291,14 +237,9 @@ Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::
     return joined_influences(sets, [&](std::size_t vertex) {
         const std::string what = fmt::format("vertex {} has no weight above 0", vertex);
         if (!lenient) attributes.fail(what + "; repair it", Hint::kLenient);
-        unweighted.add([&] {
-            return Warning{file.name(), fmt::format("{}: {}; moves with its first joint",
-                                                    attributes.path(), what)};
-        });
+        unweighted.add(file.name(), "{}: {}; moves with its first joint", attributes.path(), what);
     });
 }
-
-namespace {
 
 constexpr std::uint64_t kFirstTriangleMode = 4;
 
@@ -337,27 +278,26 @@ std::vector<uvec3> triangles_of(TriangleMode mode, std::span<const std::uint32_t
 }
 
 /// The accessors that make a vertex set: primitives with the same ones share it.
-struct SetKey {
-    std::vector<std::pair<std::string, std::uint64_t>> accessors;
-    auto operator<=>(const SetKey&) const = default;
+using SetKey = std::vector<std::pair<std::string, std::uint64_t>>;
 
-    explicit SetKey(const JsonAt& primitive) {
-        const JsonAt attributes = primitive.at("attributes");
-        const auto add = [&](const std::string& name) {
-            const auto reference = attributes.find(name);
-            if (reference) accessors.emplace_back(name, reference->count());
-            return reference.has_value();
-        };
-        add("POSITION");
-        for (int set = 0; add(fmt::format("JOINTS_{}", set)); ++set)
-            add(fmt::format("WEIGHTS_{}", set));
-        const auto targets = primitive.find("targets");
-        for (std::size_t i = 0; targets && i < targets->size(); ++i) {
-            const auto position = (*targets)[i].find("POSITION");
-            accessors.emplace_back("target", position ? position->count() : ~std::uint64_t{0});
-        }
+SetKey key_of_set(const JsonAt& primitive) {
+    SetKey accessors;
+    const JsonAt attributes = primitive.at("attributes");
+    const auto add = [&](const std::string& name) {
+        const auto reference = attributes.find(name);
+        if (reference) accessors.emplace_back(name, reference->count());
+        return reference.has_value();
+    };
+    add("POSITION");
+    for (int set = 0; add(fmt::format("JOINTS_{}", set)); ++set)
+        add(fmt::format("WEIGHTS_{}", set));
+    const auto targets = primitive.find("targets");
+    for (std::size_t i = 0; targets && i < targets->size(); ++i) {
+        const auto position = (*targets)[i].find("POSITION");
+        accessors.emplace_back("target", position ? position->count() : ~std::uint64_t{0});
     }
-};
+    return accessors;
+}
 
 class MeshReader {
 public:
@@ -400,15 +340,12 @@ private:
         if (mode > 6) at.at("mode").fail("is {}; must be from 0 to 6", mode);
         const JsonAt attributes = at.at("attributes");
         if (mode < kFirstTriangleMode || !attributes.find("POSITION")) {
-            left_out_.add([&] {
-                return Warning{file_.name(), fmt::format("{}: {}; left out", at.path(),
-                                                         mode < kFirstTriangleMode
-                                                             ? "points or lines, no triangles"
-                                                             : "no positions")};
-            });
+            left_out_.add(
+                file_.name(), "{}: {}; left out", at.path(),
+                mode < kFirstTriangleMode ? "points or lines, no triangles" : "no positions");
             return;
         }
-        const auto [known, is_new] = sets.try_emplace(SetKey(at), mesh.sets.size());
+        const auto [known, is_new] = sets.try_emplace(key_of_set(at), mesh.sets.size());
         if (is_new) mesh.sets.push_back(read_set(at));
         Primitive primitive;
         primitive.vertex_set = known->second;
@@ -454,9 +391,7 @@ private:
             const std::string what =
                 fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30", i);
             if (!options_.lenient) at.fail(what + "; repair it", Hint::kLenient);
-            not_finite_.add([&] {
-                return Warning{file_.name(), fmt::format("{}: {}; kept as it is", at.path(), what)};
-            });
+            not_finite_.add(file_.name(), "{}: {}; kept as it is", at.path(), what);
         }
     }
 
@@ -508,12 +443,9 @@ private:
         if (material.texture == kNoTexture) return {};
         const auto reference = attributes.find(fmt::format("TEXCOORD_{}", use.set));
         if (!reference) {
-            without_texcoords_.add([&] {
-                return Warning{file_.name(),
-                               fmt::format("{}: has no TEXCOORD_{} for its texture; has its colour "
-                                           "alone",
-                                           attributes.path(), use.set)};
-            });
+            without_texcoords_.add(file_.name(),
+                                   "{}: has no TEXCOORD_{} for its texture; has its colour alone",
+                                   attributes.path(), use.set);
             return {};
         }
         const std::vector<float> values =
@@ -525,8 +457,8 @@ private:
                                            row[1] * static_cast<double>(values[2 * i + 1])) +
                                           row[2]);
             };
-            const float u = mapped(use.map.u);
-            const float v = mapped(use.map.v);
+            const float u = mapped(use.u);
+            const float v = mapped(use.v);
             if (!std::isfinite(u) || !std::isfinite(v))
                 reference->fail("vertex {} has coordinates that are not finite", i);
             // v counts from the top of the image.
@@ -540,14 +472,42 @@ private:
     const AnimationOptions& options_;
     bool is_quantized_;
     std::uint64_t triangle_count_ = 0;
-    WarningCount left_out_;
-    WarningCount not_finite_;
-    WarningCount unweighted_;
-    WarningCount without_texcoords_;
-    WarningCount appearance_;
+    WarningCount left_out_, not_finite_, unweighted_, without_texcoords_, appearance_;
 };
 
 }  // namespace
+
+Materials read_materials(const GltfFile& file, const AnimationOptions& options) {
+    Materials result;
+    MaterialReader reader(file, result);
+    const std::size_t count = file.count("materials");
+    for (std::size_t i = 0; i < count; ++i) reader.read(file.element("materials", i));
+    reader.tell(options.warn);
+    return result;
+}
+
+Skin read_skin(const GltfFile& file, std::size_t index) {
+    const JsonAt at = file.element("skins", index);
+    const JsonAt joints = at.at("joints");
+    const std::size_t joint_count = joints.size();
+    if (joint_count == 0 || joint_count > kMaxJoints)
+        joints.fail("has {} joints; must be from 1 to {}", joint_count, kMaxJoints);
+    Skin skin;
+    for (std::size_t i = 0; i < joint_count; ++i)
+        skin.joints.push_back(joints[i].index_below(file.count("nodes"), "nodes"));
+    skin.inverse_binds.resize(joint_count);
+    const auto reference = at.find("inverseBindMatrices");
+    if (!reference) return skin;
+    const std::vector<float> values = floats(file, *reference, {.width = 16});
+    if (values.size() / 16 < joint_count)
+        reference->fail("has {} matrices for {} joints", values.size() / 16, joint_count);
+    for (std::size_t i = 0; i < joint_count; ++i) {
+        for (std::size_t k = 0; k < 16; ++k)
+            if (!std::isfinite(values[16 * i + k])) reference->fail("matrix {} is not finite", i);
+        skin.inverse_binds[i] = matrix_of(&values[16 * i]);
+    }
+    return skin;
+}
 
 std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
                                           std::span<const std::uint32_t> indices,

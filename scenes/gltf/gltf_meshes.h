@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "common/scene/mesh.h"
-#include "common/scene/textures.h"
 #include "scenes/animation.h"
 #include "scenes/gltf/gltf_file.h"
 #include "scenes/gltf/transforms.h"
@@ -18,18 +17,12 @@
 
 namespace mray::gltf {
 
-/// Maps glTF's (u, v), with v from the top, to (u[0] * u + u[1] * v + u[2], v[0] * u + v[1] * v +
-/// v[2]) of an image.
-struct TexcoordMap {
-    std::array<double, 3> u = {1, 0, 0};
-    std::array<double, 3> v = {0, 1, 0};
-    bool operator==(const TexcoordMap&) const = default;
-};
-
-/// The texture coordinates of a material: the number of attribute TEXCOORD_n, and its map.
+/// The texture coordinates of a material: those of attribute TEXCOORD_`set`. Maps glTF's (u, v),
+/// with v from the top, to (u[0] * u + u[1] * v + u[2], v[0] * u + v[1] * v + v[2]) of an image.
 struct TexcoordUse {
     std::uint32_t set = 0;
-    TexcoordMap map = {};
+    std::array<double, 3> u = {1, 0, 0};
+    std::array<double, 3> v = {0, 1, 0};
 };
 
 struct Material {
@@ -69,11 +62,6 @@ struct Influences {
     /// Above all joints.
     std::uint32_t joint_limit = 0;
 };
-
-/// Reads attributes JOINTS_n and WEIGHTS_n of a primitive. A vertex without a weight above 0 is an
-/// error; if lenient, it moves with its first joint, with a warning.
-Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
-                           bool lenient, WarningCount& unweighted);
 
 /// Vertices that primitives of a mesh share.
 struct VertexSet {

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <set>
-#include <span>
 #include <utility>
 
 #include <glm/geometric.hpp>
@@ -17,21 +15,15 @@
 namespace mray::gltf {
 namespace {
 
-void read_matrix(const JsonAt& at, Node& node) {
-    std::array<double, 16> m = {};
-    at.numbers(m);
-    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-        at.fail("has a last row other than 0, 0, 0, 1");
-    Affine matrix;
-    for (std::size_t k = 0; k < 4; ++k) matrix.column[k] = {m[4 * k], m[4 * k + 1], m[4 * k + 2]};
-    node.matrix = matrix;
-}
-
 void read_transformation(const JsonAt& at, Node& node) {
     if (const auto matrix = at.find("matrix")) {
         for (const char* const other : {"translation", "rotation", "scale"})
             if (at.find(other)) at.fail("has both matrix and {}", other);
-        read_matrix(*matrix, node);
+        std::array<double, 16> m = {};
+        matrix->numbers(m);
+        if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+            matrix->fail("has a last row other than 0, 0, 0, 1");
+        node.matrix = matrix_of(m.data());
     }
     at.numbers_of("translation", std::span(&node.trs.translation.x, 3));
     at.numbers_of("scale", std::span(&node.trs.scale.x, 3));
@@ -161,23 +153,21 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) 
     return order;
 }
 
-}  // namespace
-
+/// The nodes of the file, and after them one for each instance of EXT_mesh_gpu_instancing. Throws
+/// Error(kBadInput), also for a node with two parents or one that is its own ancestor.
 NodeTree read_nodes(const GltfFile& file) {
     NodeTree tree;
     const std::size_t count = file.count("nodes");
     tree.nodes.reserve(count);
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = 0; i < count; ++i) {
         tree.nodes.push_back(read_node(file.element("nodes", i), file));
-    for (std::size_t i = 0; i < count; ++i)
         tree.nodes[i].file_index = static_cast<std::uint32_t>(i);
+    }
     add_instances(file, tree.nodes);
     set_parents(file, tree.nodes);
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (tree.nodes[i].parent == kNoNode) append_tree(tree.nodes, i, tree.parents_first);
     std::vector<bool> is_reached(tree.nodes.size());
-    for (std::size_t i = 0; i < count; ++i) {
-        if (tree.nodes[i].parent != kNoNode) continue;
-        append_tree(tree.nodes, static_cast<std::uint32_t>(i), tree.parents_first);
-    }
     for (const std::uint32_t node : tree.parents_first) is_reached[node] = true;
     for (std::size_t i = 0; i < count; ++i)
         if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
@@ -185,17 +175,8 @@ NodeTree read_nodes(const GltfFile& file) {
     return tree;
 }
 
-namespace {
-
 // Beyond this, neighbouring frames cannot be distinguished.
 constexpr float kMostSeconds = 1e6f;
-
-std::string list_of(const std::vector<std::string>& names) {
-    std::string list;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, quote(names[i]));
-    return list;
-}
 
 Target target_of(const JsonAt& path) {
     constexpr std::pair<std::string_view, Target> kTargets[] = {
@@ -220,11 +201,7 @@ class AnimationReader {
 public:
     AnimationReader(const GltfFile& file, std::size_t index, const AnimationOptions& options,
                     GltfScene& scene)
-        : options_(options),
-          file_(file),
-          at_(file.element("animations", index)),
-          scene_(scene),
-          animation_(scene.animation) {}
+        : options_(options), file_(file), at_(file.element("animations", index)), scene_(scene) {}
 
     void run() {
         const JsonAt channels = at_.at("channels");
@@ -245,8 +222,8 @@ private:
         if (!known_.insert({channel.node, channel.target}).second)
             target.fail("is that of another channel, too");
         channel.times = times_of(sampler.at("input"));
-        animation_.seconds =
-            std::max(animation_.seconds, static_cast<double>(channel.times.back()));
+        scene_.animation.seconds =
+            std::max(scene_.animation.seconds, static_cast<double>(channel.times.back()));
         const Node& moved = scene_.tree.nodes[*node];
         if (channel.target == Target::kWeights) {
             const auto mesh = moved.mesh ? scene_.meshes.find(*moved.mesh) : scene_.meshes.end();
@@ -263,19 +240,18 @@ private:
         }
         if (channel.target == Target::kRotation) channel.width = 4;
         channel.values = values_of(sampler.at("output"), channel);
-        animation_.channels.push_back(channel);
+        scene_.animation.channels.push_back(channel);
     }
 
     std::span<const float> numbers_of(const JsonAt& reference, const Wanted& wanted) {
         const std::tuple key(reference.index_below(file_.count("accessors"), "accessors"),
                              wanted.width, wanted.integers != Wanted::Integers::kNone);
-        auto known = animation_.numbers.find(key);
-        if (known == animation_.numbers.end()) {
+        auto known = scene_.animation.numbers.find(key);
+        if (known == scene_.animation.numbers.end()) {
             std::vector<float> values = floats(file_, reference, wanted);
-            known = animation_.numbers.emplace(key, std::move(values)).first;
-            for (std::size_t i = 0; i < known->second.size(); ++i) {
+            known = scene_.animation.numbers.emplace(key, std::move(values)).first;
+            for (std::size_t i = 0; i < known->second.size(); ++i)
                 if (!std::isfinite(known->second[i])) reference.fail("number {} is not finite", i);
-            }
         }
         return known->second;
     }
@@ -288,10 +264,8 @@ private:
             if (i > 0 && times[i] == times[i - 1]) {
                 const std::string what = fmt::format("times {} and {} are equal", i - 1, i);
                 if (!options_.lenient) reference.fail(what + "; repair them", Hint::kLenient);
-                equal_times_.add([&] {
-                    return Warning{file_.name(), fmt::format("{}: {}; the later one holds",
-                                                             reference.path(), what)};
-                });
+                equal_times_.add(file_.name(), "{}: {}; the later one holds", reference.path(),
+                                 what);
                 continue;
             }
             reference.fail("time {} is {}; times must increase, from 0 to {}", i, times[i],
@@ -324,15 +298,13 @@ private:
     const AnimationOptions& options_;
     const GltfFile& file_;
     const JsonAt at_;
-    const GltfScene& scene_;
-    ChannelSet& animation_;
+    GltfScene& scene_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
     WarningCount equal_times_;
 };
 
-}  // namespace
-
+/// The names of all animations of a file, empty where it gives none.
 std::vector<std::string> animation_names(const GltfFile& file) {
     std::vector<std::string> names;
     const std::size_t count = file.count("animations");
@@ -343,6 +315,7 @@ std::vector<std::string> animation_names(const GltfFile& file) {
     return names;
 }
 
+/// The animation of this name or index, or the first. Throws Error(kBadArgument) with the names.
 std::size_t find_animation(const GltfFile& file, const std::string& text) {
     if (text.empty()) return 0;
     const std::vector<std::string> names = animation_names(file);
@@ -354,16 +327,12 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
     if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
     const std::optional<std::uint64_t> index = parse_unsigned(text);
     if (index && *index < names.size()) return static_cast<std::size_t>(*index);
+    std::string list;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, quote(names[i]));
     throw Error(ErrorKind::kBadArgument, "animation {}: {} has no such one; choose one of {}",
-                quote(text), file.name(), list_of(names));
+                quote(text), file.name(), list);
 }
-
-void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,
-                    GltfScene& scene) {
-    AnimationReader(file, index, options, scene).run();
-}
-
-namespace {
 
 constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
 // Each has a weight in every pose.
@@ -383,7 +352,7 @@ public:
         read_meshes();
         for (std::string& name : animation_names(file_)) scene_.animations.push_back({name});
         if (!scene_.animations.empty()) {
-            read_animation(file_, animation, options_, scene_);
+            AnimationReader(file_, animation, options_, scene_).run();
             scene_.animations[animation].is_shown = true;
         }
         require_limits();
@@ -392,8 +361,11 @@ public:
             if (shows_mesh(scene_.tree.nodes[node])) add_node(node);
         if (!has_normals_) scene_.smooth = {};
         if (!has_textures_) scene_.textures = {};
-        release_lists();
-        require_content();
+        // Frees the lists that the topology was made from.
+        if (has_textures_) scene_.textures.files = std::move(materials_.textures);
+        for (auto& [index, mesh] : scene_.meshes) mesh.primitives = {};
+        if (scene_.topology.triangles.empty())
+            throw Error(ErrorKind::kBadInput, "{}: its scene has no triangles", file_.name());
         return std::move(scene_);
     }
 
@@ -454,12 +426,10 @@ private:
 
     /// Finds the nodes whose map to the scene mirrors: it has an odd number of mirroring maps.
     void find_mirrored() {
-        const std::vector<Node>& nodes = scene_.tree.nodes;
-        is_mirrored_.resize(nodes.size());
+        is_mirrored_.resize(scene_.tree.nodes.size());
         for (const std::uint32_t index : scene_.tree.parents_first) {
-            const Node& node = nodes[index];
-            const Affine map = node.matrix ? *node.matrix : affine_of(node.trs);
-            const auto& [x, y, z, origin] = map.column;
+            const Node& node = scene_.tree.nodes[index];
+            const auto [x, y, z, origin] = node.rest().column;
             const bool mirrors = glm::dot(glm::cross(x, y), z) < 0;
             is_mirrored_[index] = mirrors != (node.parent != kNoNode && is_mirrored_[node.parent]);
         }
@@ -516,17 +486,6 @@ private:
                                                                         primitive.texcoords[t.z]}
                                                             : Texcoords{});
         }
-    }
-
-    /// Frees the lists that the topology was made from.
-    void release_lists() {
-        if (has_textures_) scene_.textures.files = std::move(materials_.textures);
-        for (auto& [index, mesh] : scene_.meshes) mesh.primitives = {};
-    }
-
-    void require_content() const {
-        if (!scene_.topology.triangles.empty()) return;
-        throw Error(ErrorKind::kBadInput, "{}: its scene has no triangles", file_.name());
     }
 
     const AnimationOptions& options_;

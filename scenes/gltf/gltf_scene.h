@@ -31,6 +31,9 @@ struct Node {
     std::optional<std::uint32_t> skin;
     /// Weights of morph targets; empty: the mesh's weights.
     std::vector<double> weights;
+
+    /// The map to the parent's space while nothing moves the node.
+    Affine rest() const { return matrix ? *matrix : affine_of(trs); }
 };
 
 struct NodeTree {
@@ -42,10 +45,6 @@ struct NodeTree {
     /// missing.
     std::vector<std::uint32_t> scene;
 };
-
-/// The nodes of the file, and after them one for each instance of EXT_mesh_gpu_instancing. Throws
-/// Error(kBadInput), also for a node with two parents or one that is its own ancestor.
-NodeTree read_nodes(const GltfFile& file);
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 enum class Target : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
@@ -75,12 +74,6 @@ struct ChannelSet {
     std::map<std::tuple<std::uint32_t, std::size_t, bool>, std::vector<float>> numbers = {};
 };
 
-/// The animation of this name or index, or the first. Throws Error(kBadArgument) with the names.
-std::size_t find_animation(const GltfFile& file, const std::string& text);
-
-/// The names of all animations of a file, empty where it gives none.
-std::vector<std::string> animation_names(const GltfFile& file);
-
 /// A vertex set as a node places it: vertices of the animation from first_vertex on.
 struct PlacedSet {
     std::uint32_t node = 0;
@@ -105,10 +98,6 @@ struct GltfScene {
     std::vector<uvec3> smooth;
     SceneTextures textures;
 };
-
-/// Reads the animation of the nodes and meshes of a scene into it. Throws Error(kBadInput).
-void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,
-                    GltfScene& scene);
 
 /// Reads the scene that options.animation moves. Throws Error: kBadInput with the place in the
 /// JSON, kBadArgument for another animation, kLimit.

@@ -69,7 +69,6 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <map>
 #include "common/simd/simd_dispatch-inl.h"
 
@@ -123,25 +122,6 @@ void sample_spline(const Channel& channel, const KeyAt& at, std::span<double> ou
     }
 }
 
-void apply(const Channel& channel, double seconds, Trs& trs) {
-    std::array<double, 4> value = {};
-    sample(channel, seconds, std::span(value).first(channel.width));
-    if (channel.target == Target::kRotation) {
-        trs.rotation = {value[0], value[1], value[2], value[3]};
-    } else if (channel.target == Target::kScale) {
-        trs.scale = {value[0], value[1], value[2]};
-    } else {
-        trs.translation = {value[0], value[1], value[2]};
-    }
-}
-
-Affine rest_of(const Node& node) { return node.matrix ? *node.matrix : affine_of(node.trs); }
-
-const std::vector<double>& rest_weights(const GltfScene& scene, const PlacedSet& placed) {
-    const Node& node = scene.tree.nodes[placed.node];
-    return node.weights.empty() ? scene.meshes.at(*node.mesh).weights : node.weights;
-}
-
 // Vertices whose positions in double stay in the cache of a core.
 constexpr std::size_t kBlockSize = 1024;
 
@@ -169,15 +149,6 @@ void morph(const VertexSet& set, std::span<const double> weights, std::size_t be
     }
 }
 
-bool is_bad(const vec3& p) { return !MeshRules::is_good(p); }
-
-void place_rigid(const Affine& to_world, const Scratch& positions, std::span<vec3> out) {
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        const double* const p = &positions[3 * i];
-        out[i] = vec3(transformed(to_world, {p[0], p[1], p[2]}));
-    }
-}
-
 std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene, const Pose& pose) {
     std::map<std::uint32_t, std::vector<Columns>> maps;
     for (const auto& [index, skin] : scene.skins) {
@@ -191,10 +162,6 @@ std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene,
 }
 
 }  // namespace
-
-PlaceSkinned place_skinned_on(const SimdTarget& target) {
-    return SIMD_FUNCTION(place_skinned, target);
-}
 
 void sample(const Channel& channel, double time, std::span<double> out) {
     const KeyAt at = key_at(channel.times, time);
@@ -225,29 +192,34 @@ Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
             value.resize(channel.width);
             sample(channel, seconds, value);
         } else {
-            apply(channel, seconds,
-                  moved.try_emplace(channel.node, nodes[channel.node].trs).first->second);
+            Trs& trs = moved.try_emplace(channel.node, nodes[channel.node].trs).first->second;
+            double* const value = channel.target == Target::kRotation ? &trs.rotation.x
+                                  : channel.target == Target::kScale  ? &trs.scale.x
+                                                                      : &trs.translation.x;
+            sample(channel, seconds, {value, channel.width});
         }
     }
     Pose pose;
     pose.to_world.resize(nodes.size());
     for (const std::uint32_t index : scene.tree.parents_first) {
         const auto trs = moved.find(index);
-        const Affine local = trs == moved.end() ? rest_of(nodes[index]) : affine_of(trs->second);
+        const Affine local = trs == moved.end() ? nodes[index].rest() : affine_of(trs->second);
         const std::uint32_t parent = nodes[index].parent;
         pose.to_world[index] = parent == kNoNode ? local : product(pose.to_world[parent], local);
     }
     for (Affine& map : pose.to_world) map.column[3] -= origin.at;
     for (const PlacedSet& placed : scene.placed_sets) {
-        const auto animated = weights.find(scene.tree.nodes[placed.node].file_index);
-        pose.weights.push_back(animated == weights.end() ? rest_weights(scene, placed)
-                                                         : animated->second);
+        const Node& node = nodes[placed.node];
+        const auto animated = weights.find(node.file_index);
+        pose.weights.push_back(animated != weights.end() ? animated->second
+                               : node.weights.empty()    ? scene.meshes.at(*node.mesh).weights
+                                                         : node.weights);
     }
     return pose;
 }
 
 Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
-    : scene_(scene), place_skinned_(place_skinned_on(target)) {
+    : scene_(scene), place_skinned_(SIMD_FUNCTION(place_skinned, target)) {
     for (std::size_t i = 0; i < scene.placed_sets.size(); ++i) {
         const std::size_t count = scene.placed_sets[i].set->positions.size();
         for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
@@ -278,11 +250,15 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
                  is_morphed ? positions.data() : nullptr, placed.size()},
                 placed.data());
         } else {
-            place_rigid(pose.to_world[of.node], positions, placed);
+            for (std::size_t i = 0; i < placed.size(); ++i) {
+                const double* const p = &positions[3 * i];
+                placed[i] = vec3(transformed(pose.to_world[of.node], {p[0], p[1], p[2]}));
+            }
         }
         if (MeshRules::are_good(placed)) return;
-        const auto vertex = static_cast<std::size_t>(
-            std::find_if(placed.begin(), placed.end(), is_bad) - out.begin());
+        const auto bad =
+            std::ranges::find_if_not(placed, [](const vec3& p) { return MeshRules::is_good(p); });
+        const auto vertex = static_cast<std::size_t>(&*bad - out.data());
         std::size_t known = first_bad.load();
         while (vertex < known && !first_bad.compare_exchange_weak(known, vertex)) {
         }

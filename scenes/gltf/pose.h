@@ -45,11 +45,6 @@ struct SkinnedVertices {
     std::size_t count;
 };
 
-using PlaceSkinned = void (*)(const SkinnedVertices& vertices, vec3* out);
-
-/// The function for a target. All give the same bits.
-PlaceSkinned place_skinned_on(const SimdTarget& target);
-
 inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max();
 
 /// Places vertices: a morph target adds weight times displacement; a vertex with a skin is the
@@ -60,8 +55,8 @@ public:
     /// The scene must outlive it.
     explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
 
-    /// Returns the first vertex that is not finite or beyond 1e30, or kNoVertex. Runs on the
-    /// threads of the calling arena; bits depend neither on them nor on the instruction set.
+    /// Returns the first vertex that is not finite or beyond 1e30, or kNoVertex. The bits depend
+    /// neither on threads nor on the instruction set.
     std::size_t place(const Pose& pose, std::span<vec3> out) const;
 
 private:
@@ -73,7 +68,7 @@ private:
     };
 
     const GltfScene& scene_;
-    PlaceSkinned place_skinned_;
+    void (*place_skinned_)(const SkinnedVertices& vertices, vec3* out);
     std::vector<Block> blocks_;
 };
 

@@ -14,6 +14,14 @@ struct Affine {
     std::array<glm::dvec3, 4> column = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 };
 
+/// From 16 numbers, column by column. The last row is left out.
+template <class Number>
+Affine matrix_of(const Number* m) {
+    Affine matrix;
+    for (std::size_t k = 0; k < 4; ++k) matrix.column[k] = {m[4 * k], m[4 * k + 1], m[4 * k + 2]};
+    return matrix;
+}
+
 /// Translation, rotation (a unit quaternion x, y, z, w) and scale, applied from last to first.
 struct Trs {
     glm::dvec3 translation = {0, 0, 0};

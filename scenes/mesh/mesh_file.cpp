@@ -37,53 +37,46 @@ bool MeshRules::are_good(std::span<const vec3> positions) {
     return bad == 0;
 }
 
-void MeshRules::take_bad_coordinate(double value, std::string_view text, const PlaceText& place) {
+void MeshRules::take_bad_coordinate(double value, std::string_view text) {
     const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
     if (!lenient_) {
-        fail(place(), fmt::format("coordinate {} {}; repair it", quote(text), what),
+        fail(place_(), fmt::format("coordinate {} {}; repair it", quote(text), what),
              Hint::kLenient);
     }
-    bad_coordinates_.add([&] {
-        return Warning{place(), fmt::format("coordinate {} {}; kept as it is", quote(text), what)};
-    });
+    bad_coordinates_.add(place_, "coordinate {} {}; kept as it is", quote(text), what);
 }
 
-bool MeshRules::keeps_face(std::uint64_t corners, bool is_cut, const PlaceText& place) {
+bool MeshRules::keeps_face(std::uint64_t corners, bool is_cut) {
     if (corners >= 3) return true;
     const std::string what = fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
-    if (!lenient_ && is_cut) fail(place(), what + " at the end; the file was cut, write it again");
-    if (!lenient_ && corners < 2) fail(place(), what + "; a face needs 3, is the file complete?");
-    left_out_.add([&] { return Warning{place(), what + "; left out"}; });
+    if (!lenient_ && is_cut) fail(place_(), what + " at the end; the file was cut, write it again");
+    if (!lenient_ && corners < 2) fail(place_(), what + "; a face needs 3, is the file complete?");
+    left_out_.add(place_, "{}; left out", what);
     return false;
 }
 
-void MeshRules::count_triangles(std::uint64_t count, const PlaceText& place) {
+void MeshRules::count_triangles(std::uint64_t count) {
     triangle_count_ += count;
-    if (triangle_count_ <= max_triangles_) return;
+    if (triangle_count_ <= kMaxTriangles) return;
     throw Error(ErrorKind::kLimit, "{}: more than {} triangles; split or simplify the scene",
-                place(), max_triangles_);
+                place_(), kMaxTriangles);
 }
 
-void MeshRules::leave_out(const std::string& problem, const PlaceText& place) {
-    if (!lenient_) fail(place(), problem);
-    left_out_.add([&] { return Warning{place(), problem + "; face left out"}; });
+void MeshRules::leave_out(const std::string& problem) {
+    if (!lenient_) fail(place_(), problem);
+    left_out_.add(place_, "{}; face left out", problem);
 }
 
 void MeshRules::tell(const WarnFunction& warn) const {
     left_out_.tell(warn);
     bad_coordinates_.tell(warn);
+    clamped_.tell(warn);
 }
 
-double channel_of(double value, double full, WarningCount& clamped,
-                  const MeshRules::PlaceText& place) {
+double channel_of(double value, double full, WarningCount& clamped, const PlaceText& place) {
     // NaN becomes 0.
     const double channel = std::min(std::max(0.0, value), full);
-    if (channel != value) {
-        clamped.add([&] {
-            return Warning{place(),
-                           fmt::format("colour {} is not from 0 to {}; clamped", value, full)};
-        });
-    }
+    if (channel != value) clamped.add(place, "colour {} is not from 0 to {}; clamped", value, full);
     return channel / full;
 }
 

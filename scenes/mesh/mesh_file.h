@@ -18,7 +18,6 @@
 #include "common/base/hash.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
-#include "common/scene/textures.h"
 #include "scenes/polygons/triangulate.h"
 
 namespace mray {
@@ -73,10 +72,15 @@ void require_faces(const FileMesh& mesh, const std::string& name, std::string_vi
 /// Keeps the first warning of a kind and counts the rest, however many a file has.
 class WarningCount {
 public:
-    /// `make` returns the Warning; it is called for the first one only.
-    template <class Make>
-    void add(const Make& make) {
-        if (count_++ == 0) first_ = make();
+    /// Formats the first warning only. `place` is a text, or a function that returns it.
+    template <class Place, class... Values>
+    void add(const Place& place, fmt::format_string<Values...> text, Values&&... values) {
+        if (count_++ > 0) return;
+        first_.text = fmt::format(text, std::forward<Values>(values)...);
+        if constexpr (std::is_invocable_v<const Place&>)
+            first_.place = place();
+        else
+            first_.place = place;
     }
     /// Calls work(), whose Error(kBadInput) about `file` becomes a warning that ends with `effect`.
     template <class Work>
@@ -85,17 +89,12 @@ public:
             work();
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
-            add([&] {
-                const Warning fault = as_warning(error, file);
-                return Warning{fault.place, fault.text + effect};
-            });
+            const Warning fault = as_warning(error, file);
+            add(fault.place, "{}{}", fault.text, effect);
         }
     }
     void tell(const WarnFunction& warn) const {
-        if (count_ == 0 || !warn) return;
-        Warning warning = first_;
-        warning.more = count_ - 1;
-        warn(warning);
+        if (count_ > 0 && warn) warn({first_.place, first_.text, first_.hint, count_ - 1});
     }
 
 private:
@@ -103,17 +102,19 @@ private:
     std::uint64_t count_ = 0;
 };
 
+/// Returns where a reader is, such as "mesh.obj:12".
+using PlaceText = std::function<std::string()>;
+
+/// Divides a channel of a colour by `full`. Clamps others than 0 to `full`, with a warning.
+double channel_of(double value, double full, WarningCount& clamped, const PlaceText& place);
+
 /// Coordinates beyond this are refused like infinite ones; diverging simulations write them.
 inline constexpr float kMaxCoordinate = 1e30f;
 
 /// Checks vertices and faces while a file is read, and counts what a lenient reading accepts.
-/// `place` returns where, such as "mesh.obj:12", for the first fault of a kind.
 class MeshRules {
 public:
-    using PlaceText = std::function<std::string()>;
-
-    explicit MeshRules(bool lenient, std::uint64_t max_triangles = kMaxTriangles)
-        : lenient_(lenient), max_triangles_(max_triangles) {}
+    MeshRules(bool lenient, PlaceText place) : lenient_(lenient), place_(std::move(place)) {}
 
     /// False for NaN, too.
     static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
@@ -124,29 +125,27 @@ public:
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
-    void take_bad_coordinate(double value, std::string_view text, const PlaceText& place);
-
-    /// A face needs 3 corners. Exporters write edges as faces of two: they are left out with a
-    /// warning. Unless lenient, throws Error(kBadInput) for fewer, and for two if `is_cut`: the
-    /// file may end there.
-    bool keeps_face(std::uint64_t corners, bool is_cut, const PlaceText& place);
-    /// Throws Error(kLimit) if there are more than max_triangles.
-    void count_triangles(std::uint64_t count, const PlaceText& place);
+    void take_bad_coordinate(double value, std::string_view text);
+    /// Leaves out faces of two corners, as which exporters write edges, with a warning. Unless
+    /// lenient, throws Error(kBadInput) for fewer, and for two if `is_cut`: the file may end there.
+    bool keeps_face(std::uint64_t corners, bool is_cut);
+    /// Throws Error(kLimit) if there are more than kMaxTriangles.
+    void count_triangles(std::uint64_t count);
     /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.
-    void leave_out(const std::string& problem, const PlaceText& place);
-
+    void leave_out(const std::string& problem);
+    double channel_of(double value, double full) {
+        return mray::channel_of(value, full, clamped_, place_);
+    }
     void tell(const WarnFunction& warn) const;
 
 private:
     const bool lenient_;
-    const std::uint64_t max_triangles_;
+    const PlaceText place_;
     std::uint64_t triangle_count_ = 0;
-    WarningCount left_out_;
-    WarningCount bad_coordinates_;
+    WarningCount left_out_, bad_coordinates_, clamped_;
 };
 
-/// Corners with equal positions and normals look smooth together and have one number, that of the
-/// first of them.
+/// Numbers corners: those with equal positions and normals have the number of the first of them.
 class SmoothNumbers {
 public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
@@ -178,11 +177,6 @@ private:
     };
     std::unordered_map<Key, std::uint32_t, KeyHash> firsts_;
 };
-
-/// A channel of a colour, of which `full` is 1. Others than 0 to `full` are clamped, with a
-/// warning.
-double channel_of(double value, double full, WarningCount& clamped,
-                  const MeshRules::PlaceText& place);
 
 /// The linear value of a channel of images, as its square.
 inline double linear_of(double channel) {

@@ -3,19 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <map>
-#include <optional>
 #include <set>
 #include <span>
 #include <sstream>
-#include <string>
-#include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -138,8 +132,7 @@ fs::path find_side_file(const fs::path& scene_file, const std::string& name) {
 std::string exact(float number) { return fmt::format(" {:.9g}", number); }
 
 /// A statement Kd of three numbers from 0 to 1, or kNoColour. One number is grey.
-std::string full_colour(std::string_view words, WarningCount& clamped,
-                        const MeshRules::PlaceText& place) {
+std::string full_colour(std::string_view words, WarningCount& clamped, const PlaceText& place) {
     std::string channels;
     for (int i = 0; i < 3; ++i) {
         const std::string_view word = next_word(words);
@@ -203,38 +196,6 @@ void add_material(const std::string& statements, const fs::path& library, Materi
     materials.try_emplace(one.name, std::move(material));
 }
 
-}  // namespace
-
-MaterialMap read_mtl_text(std::string_view text, const fs::path& library, WarningCount& unread) {
-    MaterialMap materials;
-    std::string statements;
-    ObjLines lines(text, escape(library));
-    const MeshRules::PlaceText place = [&] { return lines.place(); };
-    while (!lines.at_end()) {
-        const std::string_view statement = lines.next();
-        std::string_view rest = statement;
-        const std::string_view keyword = next_word(rest);
-        if (keyword == "newmtl") {
-            add_material(statements, library, materials);
-            statements = fmt::format("newmtl {}\n{}", trimmed(rest, kBlanks), kNoColour);
-        } else if (keyword == "Kd") {
-            const std::string colour = full_colour(rest, unread, place);
-            statements += colour;
-            if (colour != kNoColour) continue;
-            unread.add([&] {
-                return Warning{place(), fmt::format("{} is not read; write one number or three",
-                                                    quote(statement))};
-            });
-        } else if (keyword == "map_Kd") {
-            statements += full_map(rest);
-        }
-    }
-    add_material(statements, library, materials);
-    return materials;
-}
-
-namespace {
-
 /// Gives faces colours and textures. Texture files lie at the library's path or beside it.
 class ObjMaterials {
 public:
@@ -257,10 +218,7 @@ public:
             try {
                 read_library(find_side_file(path_, file_name_of(names.substr(0, end))));
             } catch (const Error& error) {
-                unread_.add([&] {
-                    return Warning{name_,
-                                   as_warning(error, name_).text + "; its materials are clay"};
-                });
+                unread_.add(name_, "{}; its materials are clay", as_warning(error, name_).text);
             }
             names = trimmed(names.substr(end), kBlanks);
         }
@@ -272,12 +230,8 @@ public:
         current_ = &default_;
         const auto found = materials_.find(std::string(name));
         if (found == materials_.end()) {
-            return unknown_.add([&] {
-                return Warning{name_,
-                               fmt::format("material {} is in no library; faces that use it are "
-                                           "clay",
-                                           quote(name))};
-            });
+            return unknown_.add(name_, "material {} is in no library; faces that use it are clay",
+                                quote(name));
         }
         Material& material = found->second;
         if (!std::exchange(material.is_used, true) && !material.map.empty())
@@ -290,12 +244,9 @@ public:
         bool is_textured = material.texture != kNoTexture;
         if (is_textured && std::ranges::find(texcoords, nullptr) != texcoords.end()) {
             is_textured = false;
-            without_texcoords_.add([&] {
-                return Warning{
-                    name_,
-                    "face with a texture, but without texture coordinates; has its colour "
-                    "alone"};
-            });
+            without_texcoords_.add(
+                name_,
+                "face with a texture, but without texture coordinates; has its colour alone");
         }
         // Some exporters write black for materials whose colour is the texture.
         mesh_.albedo.push_back(is_textured && material.albedo.value_or(0) == 0
@@ -336,10 +287,8 @@ private:
         try {
             file.path = find_side_file(material.library, material.map).native();
         } catch (const Error& error) {
-            missing_.add([&] {
-                return Warning{library, fmt::format("map_Kd: {}; its faces have no texture",
-                                                    as_warning(error, library).text)};
-            });
+            missing_.add(library, "map_Kd: {}; its faces have no texture",
+                         as_warning(error, library).text);
             return kNoTexture;
         }
         const auto same = std::ranges::find(mesh_.textures, file);
@@ -362,11 +311,7 @@ private:
     const Material default_;
     const Material* current_ = &default_;
     bool has_textured_faces_ = false;
-    WarningCount unread_;
-    WarningCount odd_colours_;
-    WarningCount unknown_;
-    WarningCount missing_;
-    WarningCount without_texcoords_;
+    WarningCount unread_, odd_colours_, unknown_, missing_, without_texcoords_;
 };
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
@@ -411,8 +356,7 @@ public:
         : name_(escape(path)),
           lines_(text, name_),
           options_(options),
-          rules_(options.lenient),
-          place_([this] { return lines_.place(); }),
+          rules_(options.lenient, [this] { return lines_.place(); }),
           materials_(path, options, mesh_) {}
 
     FileMesh read() {
@@ -426,7 +370,6 @@ public:
         mesh_.place_prefix = name_ + ':';
         if (!has_normals_) mesh_.smooth = {};
         rules_.tell(options_.warn);
-        clamped_.tell(options_.warn);
         odd_colours_.tell(options_.warn);
         materials_.finish();
         return std::move(mesh_);
@@ -465,7 +408,7 @@ private:
             if (!number) lines_.fail(not_a_number(word));
             if (count < numbers.size()) numbers[count] = *number;
             if (++count <= 3 && !MeshRules::is_good(*number))
-                rules_.take_bad_coordinate(*number, word, place_);
+                rules_.take_bad_coordinate(*number, word);
         }
         if (count < 3) {
             lines_.fail(fmt::format(
@@ -475,17 +418,15 @@ private:
         // A fourth number is a weight.
         if (count <= 4 || options_.positions_only) return;
         if (count != numbers.size()) {
-            return odd_colours_.add([&] {
-                return Warning{place_(), fmt::format("vertex of {} numbers; all but 3 are left out "
-                                                     "(a colour makes 6)",
-                                                     count)};
-            });
+            return odd_colours_.add(
+                [this] { return lines_.place(); },
+                "vertex of {} numbers; all but 3 are left out (a colour makes 6)", count);
         }
         mesh_.vertex_colours.resize(positions_.size(), vec3(1));
         for (int i = 0; i < 3; ++i) {
             const double given = numbers[static_cast<std::size_t>(i) + 3];
             mesh_.vertex_colours.back()[i] =
-                static_cast<float>(linear_of(channel_of(given, 1, clamped_, place_)));
+                static_cast<float>(linear_of(rules_.channel_of(given, 1)));
         }
     }
 
@@ -504,10 +445,8 @@ private:
     /// Vertices without a colour, in a file with some, are white.
     void set_colours() {
         if (!painted_.empty() && painted_.size() != positions_.size()) {
-            odd_colours_.add([&] {
-                return Warning{name_, fmt::format("#MRGB has {} colours for {} vertices",
-                                                  painted_.size(), positions_.size())};
-            });
+            odd_colours_.add(name_, "#MRGB has {} colours for {} vertices", painted_.size(),
+                             positions_.size());
         }
         if (mesh_.vertex_colours.empty()) mesh_.vertex_colours = std::move(painted_);
         if (!mesh_.vertex_colours.empty()) mesh_.vertex_colours.resize(positions_.size(), vec3(1));
@@ -521,13 +460,12 @@ private:
                 return rules_.leave_out(
                     fmt::format("{} is not a corner; write v, v/vt, v//vn or v/vt/vn with indices "
                                 "of at most 9 digits",
-                                quote(word)),
-                    place_);
+                                quote(word)));
             }
             corners_.push_back(*corner);
         }
         // A file without a final line end may have been cut.
-        if (rules_.keeps_face(corners_.size(), lines_.may_be_cut(), place_)) add_face();
+        if (rules_.keeps_face(corners_.size(), lines_.may_be_cut())) add_face();
     }
 
     void add_face() {
@@ -540,13 +478,12 @@ private:
                     index == 0 ? "vertex 0; indices start at 1"
                                : fmt::format("vertex {} relative to {} so far; is the file "
                                              "complete?",
-                                             index, positions_.size()),
-                    place_);
+                                             index, positions_.size()));
             }
             if (vertex == kNone) {
                 // It may follow its faces.
                 vertex = static_cast<std::uint32_t>(index - 1);
-                if (options_.lenient) return rules_.leave_out(not_there(vertex), place_);
+                if (options_.lenient) return rules_.leave_out(not_there(vertex));
             }
             if (vertex >= largest_vertex_) {
                 largest_vertex_ = vertex;
@@ -554,7 +491,7 @@ private:
             }
             vertices_of_face_.push_back(vertex);
         }
-        rules_.count_triangles(corners_.size() - 2, place_);
+        rules_.count_triangles(corners_.size() - 2);
         mesh_.faces.corners.insert(mesh_.faces.corners.end(), vertices_of_face_.begin(),
                                    vertices_of_face_.end());
         texcoords_of_face_.clear();
@@ -588,13 +525,11 @@ private:
     ObjLines lines_;
     const MeshFileOptions& options_;
     MeshRules rules_;
-    const MeshRules::PlaceText place_;
     FileMesh mesh_;
     std::vector<glm::dvec3> positions_;
     ObjMaterials materials_;
     std::vector<Corner> corners_;  // of the face that is read
     std::vector<vec3> painted_;
-    WarningCount clamped_;
     WarningCount odd_colours_;
     std::vector<std::array<std::uint32_t, 3>> normals_;
     std::vector<Texcoord> texcoords_;
@@ -607,6 +542,31 @@ private:
 };
 
 }  // namespace
+
+MaterialMap read_mtl_text(std::string_view text, const fs::path& library, WarningCount& unread) {
+    MaterialMap materials;
+    std::string statements;
+    ObjLines lines(text, escape(library));
+    const PlaceText place = [&] { return lines.place(); };
+    while (!lines.at_end()) {
+        const std::string_view statement = lines.next();
+        std::string_view rest = statement;
+        const std::string_view keyword = next_word(rest);
+        if (keyword == "newmtl") {
+            add_material(statements, library, materials);
+            statements = fmt::format("newmtl {}\n{}", trimmed(rest, kBlanks), kNoColour);
+        } else if (keyword == "Kd") {
+            const std::string colour = full_colour(rest, unread, place);
+            statements += colour;
+            if (colour != kNoColour) continue;
+            unread.add(place, "{} is not read; write one number or three", quote(statement));
+        } else if (keyword == "map_Kd") {
+            statements += full_map(rest);
+        }
+    }
+    add_material(statements, library, materials);
+    return materials;
+}
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     const std::string text = read_input_file(path);

@@ -24,7 +24,7 @@ enum class PlyEncoding { kText, kLittleEndian, kBigEndian };
 
 /// A type of numbers, all of which are exact in a double.
 struct PlyType {
-    /// The format's author gives the first name, and many programs write the second one.
+    /// That of the format's author, and another that many programs write.
     std::array<std::string_view, 2> names;
     std::size_t size;
     bool is_integer;
@@ -39,8 +39,6 @@ struct PlyProperty {
     const PlyType* count_type = nullptr;
     /// True for a list of the corners of a face, or of strips.
     bool has_corners = false;
-
-    const PlyType& first_type() const { return count_type != nullptr ? *count_type : *type; }
 };
 
 /// The names of three scalars that make a vector.
@@ -103,6 +101,8 @@ std::vector<std::string_view> words_of(std::string_view line) {
     return words;
 }
 
+/// Lines end as the first one does. Vertices have positions, faces have corners, and the numbers of
+/// items fit into the text. Throws Error(kBadInput) with file and line.
 class HeaderParser {
 public:
     HeaderParser(std::string_view text, const std::string& name) : text_(text), name_(name) {}
@@ -220,7 +220,9 @@ private:
             // A value in text takes a digit and a blank or line end.
             std::uint64_t bytes = 0;
             for (const PlyProperty& property : element.properties)
-                bytes += is_text ? 2 : property.first_type().size;
+                bytes += is_text                          ? 2
+                         : property.count_type != nullptr ? property.count_type->size
+                                                          : property.type->size;
             if (bytes != 0 && element.count > left / bytes) {
                 fail_at(element.line,
                         fmt::format("{} items of {}, which {} bytes cannot hold; is the file "
@@ -236,12 +238,6 @@ private:
     std::string_view line_end_;
     PlyHeader header_;
 };
-
-/// Lines end as the first one does. Vertices have positions, faces have corners, and the numbers of
-/// items fit into the text. Throws Error(kBadInput) with file and line.
-PlyHeader parse_ply_header(std::string_view text, const std::string& name) {
-    return HeaderParser(text, name).run();
-}
 
 constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
 constexpr PlyAxes kColours[] = {
@@ -372,12 +368,16 @@ public:
           name_(name),
           options_(options),
           values_(text, header, name),
-          rules_(options.lenient),
-          place_([this] { return values_.place(); }) {}
+          rules_(options.lenient, [this] { return values_.place(); }) {}
 
     FileMesh read() {
-        for (const PlyElement& element : header_.elements)
-            if (element.name == "vertex") find_columns(element);
+        for (const PlyElement& element : header_.elements) {
+            if (element.name != "vertex") continue;
+            vertex_count_ = static_cast<std::size_t>(element.count);
+            positions_.reserve(vertex_count_);
+            has_normals_ = !options_.positions_only && element.has(kNormalAxes);
+            has_colours_ = colours_of(element) != nullptr;
+        }
         for (const PlyElement& element : header_.elements) read_element(element);
         values_.skip_blank_lines();
         if (values_.left() > 0 && options_.warn) {
@@ -385,7 +385,6 @@ public:
                 {name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
         }
         rules_.tell(options_.warn);
-        clamped_.tell(options_.warn);
         set_positions(mesh_, positions_, options_);
         mesh_.place_prefix = values_.place_prefix();
         if (has_normals_) number_corners();
@@ -401,12 +400,6 @@ private:
         double full = 0;
     };
 
-    void find_columns(const PlyElement& vertices) {
-        vertex_count_ = static_cast<std::size_t>(vertices.count);
-        positions_.reserve(vertex_count_);
-        has_normals_ = !options_.positions_only && vertices.has(kNormalAxes);
-        has_colours_ = colours_of(vertices) != nullptr;
-    }
     /// The names that an element gives its colours; null if they are not read.
     const PlyAxes* colours_of(const PlyElement& element) const {
         const auto* const found =
@@ -469,7 +462,7 @@ private:
         double& number = *column.number;
         number = values_.number(type);
         if (column.full == 0) return;
-        number = channel_of(number, column.full, clamped_, place_);
+        number = rules_.channel_of(number, column.full);
         if (column.full > 1) number = linear_of(number);
     }
 
@@ -477,7 +470,7 @@ private:
         for (int axis = 0; axis < 3; ++axis) {
             const double value = position_[axis];
             if (!MeshRules::is_good(value))
-                rules_.take_bad_coordinate(value, fmt::format("{}", value), place_);
+                rules_.take_bad_coordinate(value, fmt::format("{}", value));
         }
         positions_.push_back(position_);
         if (has_normals_) normals_.push_back(Origin().to_world(normal_));
@@ -507,7 +500,7 @@ private:
         for (std::size_t i = 0; i <= strips.size(); ++i) {
             const std::size_t length = i - first;
             if (i == strips.size() || strips[i] == -1) {
-                if (length > 0) rules_.keeps_face(length, false, place_);
+                if (length > 0) rules_.keeps_face(length, false);
                 first = i + 1;
             } else if (length >= 2) {
                 const std::size_t turn = length % 2;
@@ -517,16 +510,15 @@ private:
         }
     }
     void add_face() {
-        if (!rules_.keeps_face(corners_.size(), false, place_)) return;
+        if (!rules_.keeps_face(corners_.size(), false)) return;
         for (const std::int64_t corner : corners_) {
             if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count_) continue;
             return rules_.leave_out(
                 fmt::format("vertex {} of {}; indices start at 0 and end below the number of "
                             "vertices",
-                            corner, vertex_count_),
-                place_);
+                            corner, vertex_count_));
         }
-        rules_.count_triangles(corners_.size() - 2, place_);
+        rules_.count_triangles(corners_.size() - 2);
         mesh_.faces.corners.insert(mesh_.faces.corners.end(), corners_.begin(), corners_.end());
         mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners_.size()));
         if (corners_.size() > 3) mesh_.polygon_places.push_back(values_.line_or_byte());
@@ -547,7 +539,6 @@ private:
     const MeshFileOptions& options_;
     PlyValues values_;
     MeshRules rules_;
-    const MeshRules::PlaceText place_;
     FileMesh mesh_;
     std::size_t vertex_count_ = 0;
     bool has_normals_ = false;
@@ -559,7 +550,6 @@ private:
     std::vector<vec3> normals_;
     /// One for each property of the element that is read.
     std::vector<Column> columns_;
-    WarningCount clamped_;
     std::vector<std::int64_t> corners_;
 };
 
@@ -568,7 +558,7 @@ private:
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options) {
     const std::string name = escape(path);
     const std::string text = read_input_file(path);
-    const PlyHeader header = parse_ply_header(text, name);
+    const PlyHeader header = HeaderParser(text, name).run();
     // As MeshLab writes it.
     const std::size_t texture = text.find("\ncomment TextureFile ");
     if (texture < header.size && options.warn && !options.positions_only)

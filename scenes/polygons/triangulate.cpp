@@ -55,8 +55,7 @@ public:
         : tolerance_(tolerance), event_(points.size()) {
         std::vector<std::uint32_t> order(points.size());
         std::iota(order.begin(), order.end(), 0u);
-        std::stable_sort(order.begin(), order.end(),
-                         [&](auto a, auto b) { return points[a] < points[b]; });
+        std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return points[i]; });
         for (const std::uint32_t corner : order) {
             if (at_.empty() || at_.back() != points[corner]) {
                 at_.push_back(points[corner]);
@@ -208,10 +207,9 @@ private:
         const auto passes = [&](const Line& line) {
             const int inside = is_inside_above(line) ? 1 : -1;
             return line.to != event &&
-                   std::none_of(
-                       starts_[event].begin(), starts_[event].end(), [&](const Bundle& edges) {
-                           return edges.weight != 0 && turn(line, edges.nearest()) == inside;
-                       });
+                   std::ranges::none_of(starts_[event], [&](const Bundle& edges) {
+                       return edges.weight != 0 && turn(line, edges.nearest()) == inside;
+                   });
         };
         while (first != last && !is_inside_above(first->first) && passes(first->first)) ++first;
         while (first != last && is_inside_above(std::prev(last)->first) &&
@@ -247,11 +245,10 @@ private:
     void pass(std::uint32_t event, Status::iterator first, Status::iterator last) {
         const auto below = first == status_.begin() ? status_.end() : std::prev(first);
         const bool is_inside = below != status_.end() && is_inside_above(below->first);
-        const bool starts =
-            std::any_of(starts_[event].begin(), starts_[event].end(),
-                        [](const Bundle& edges) { return edges.weight != 0 || edges.is_slit(); });
-        Chain lower;
-        Chain upper;
+        const bool starts = std::ranges::any_of(starts_[event], [](const Bundle& edges) {
+            return edges.weight != 0 || edges.is_slit();
+        });
+        Chain lower, upper;
         if (is_inside && (first != last || starts)) {
             lower.swap(below->second.chain);
             if (first == last) {
@@ -335,8 +332,7 @@ private:
     std::vector<std::uint32_t> corner_;
     std::vector<std::vector<Bundle>> starts_;
     Status status_{Below{this}};
-    std::vector<uvec3> triangles_;
-    std::vector<uvec3> stitches_;
+    std::vector<uvec3> triangles_, stitches_;
 };
 
 using Corners = std::span<const std::uint32_t>;
@@ -362,9 +358,8 @@ glm::dvec3 face_normal(Corners corners, std::span<const vec3> positions) {
 bool project(Corners corners, std::span<const vec3> positions, std::vector<PlanePoint>& points) {
     const glm::dvec3 normal = face_normal(corners, positions);
     int dropped = 0;
-    for (int axis = 1; axis < 3; ++axis) {
+    for (int axis = 1; axis < 3; ++axis)
         if (std::abs(normal[axis]) > std::abs(normal[dropped])) dropped = axis;
-    }
     if (normal[dropped] == 0) return false;
     int x = (dropped + 1) % 3;
     int y = (dropped + 2) % 3;

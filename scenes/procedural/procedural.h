@@ -14,6 +14,7 @@ struct ProceduralScene {
     const char* name;
     const char* description;
     std::uint32_t default_triangles;
+    /// With about as many triangles as asked for, and at least as many as its shape needs.
     DeformingMesh (*make)(std::uint64_t triangles);
 };
 

@@ -4,14 +4,12 @@
 #include <cmath>
 
 namespace mray {
-namespace {
 
-void append(Topology& topology, Albedo albedo, uvec3 triangle) {
-    topology.triangles.push_back(triangle);
+void append_triangle(Topology& topology, std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                     Albedo albedo) {
+    topology.triangles.emplace_back(a, b, c);
     topology.albedo.push_back(albedo);
 }
-
-}  // namespace
 
 Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
              std::uint32_t fewest_columns) {
@@ -30,8 +28,8 @@ void Sheet::append_to(Topology& topology, const GridColour& colour) const {
             const std::uint32_t a = topology.vertex_count + row * stride + column;
             const std::uint32_t c = a + stride;
             const Albedo albedo = colour(row, column);
-            append(topology, albedo, {a, c, a + 1});
-            append(topology, albedo, {a + 1, c, c + 1});
+            append_triangle(topology, a, c, a + 1, albedo);
+            append_triangle(topology, a + 1, c, c + 1, albedo);
         }
     }
     topology.vertex_count += vertex_count();
@@ -41,12 +39,10 @@ Sphere::Sphere(std::uint64_t triangles) {
     // The two rows at the poles have half as many triangles. Quads at the equator are square.
     const Grid rings = grid_of(static_cast<double>(triangles) / 2, 0.5, 1, 3);
     grid_ = {rings.rows + 1, rings.columns};
-    for (std::uint32_t row = 0; row <= grid_.rows; ++row) {
+    for (std::uint32_t row = 0; row <= grid_.rows; ++row)
         down_.push_back(circle_point(0.5 * row / grid_.rows));
-    }
-    for (std::uint32_t column = 0; column < grid_.columns; ++column) {
+    for (std::uint32_t column = 0; column < grid_.columns; ++column)
         around_.push_back(circle_point(static_cast<double>(column) / grid_.columns));
-    }
 }
 
 void Sphere::append_to(Topology& topology, const GridColour& colour) const {
@@ -59,12 +55,12 @@ void Sphere::append_to(Topology& topology, const GridColour& colour) const {
             const std::uint32_t next = column + 1 == grid_.columns ? 0 : column + 1;
             const Albedo albedo = colour(row, column);
             if (row == 0) {
-                append(topology, albedo, {north, lower + next, lower + column});
+                append_triangle(topology, north, lower + next, lower + column, albedo);
             } else if (row + 1 == grid_.rows) {
-                append(topology, albedo, {upper + column, upper + next, south});
+                append_triangle(topology, upper + column, upper + next, south, albedo);
             } else {
-                append(topology, albedo, {upper + column, lower + next, lower + column});
-                append(topology, albedo, {upper + column, upper + next, lower + next});
+                append_triangle(topology, upper + column, lower + next, lower + column, albedo);
+                append_triangle(topology, upper + column, upper + next, lower + next, albedo);
             }
         }
     }

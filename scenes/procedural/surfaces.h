@@ -1,5 +1,4 @@
-// What built-in scenes are made of: counts, colours, turns, pseudorandom numbers, and surfaces over
-// regular grids.
+// What built-in scenes are made of: colours, turns, pseudorandom numbers, and surfaces over grids.
 #pragma once
 
 #include <array>
@@ -17,18 +16,13 @@
 
 namespace mray {
 
-/// Vertices [begin, end).
-struct VertexRange {
-    std::uint32_t begin = 0;
-    std::uint32_t end = 0;
-};
+/// Built-in scenes have the frames from 0 to this one.
+inline constexpr double kLastFrame = 24;
 
 struct DeformingMesh {
     Topology topology;
-    /// Frames are 0 to this whole number.
-    double last_frame = 24;
     /// Writes out[begin..end), a pure function of frame and vertex. Many threads call it at once.
-    std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
+    std::function<void(double frame, IndexRange range, std::span<vec3> out)> move;
     /// The result of Animation::inside_view().
     std::optional<InsideView> inside_view;
 };
@@ -87,6 +81,9 @@ inline glm::dvec3 uniform_direction(std::uint64_t seed, std::uint64_t index, std
     return {ring * cos_turns(around), y, ring * sin_turns(around)};
 }
 
+void append_triangle(Topology& topology, std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                     Albedo albedo);
+
 /// Quads of two triangles each, row by row, as are the vertices of surfaces.
 struct Grid {
     std::uint32_t rows = 1;
@@ -130,8 +127,7 @@ public:
 
 private:
     Grid grid_;
-    std::vector<CosSin> down_;
-    std::vector<CosSin> around_;
+    std::vector<CosSin> down_, around_;
 };
 
 }  // namespace mray

@@ -14,8 +14,6 @@
 #include <mutex>
 #include <new>
 #include <numeric>
-#include <optional>
-#include <span>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -108,13 +106,6 @@ private:
     std::map<std::size_t, KeyframePositions> entries_;
 };
 
-/// Positions between keyframes `a` and `b`; a keyframe is between itself and itself, at 0.
-struct KeyframeBlend {
-    std::size_t before = 0;
-    std::size_t after = 0;
-    float f = 0;
-};
-
 class StreamedAnimation : public Animation {
 public:
     StreamedAnimation(const std::string& name, FirstMesh first,
@@ -146,16 +137,22 @@ public:
 
     void positions(double frame, std::span<vec3> out) const override {
         assert(out.size() == topology().vertex_count);
-        const KeyframeBlend blend = blend_at(frame);
-        if (blend.before == blend.after) {
-            copy_keyframe(blend.before, out);
-            return;
-        }
-        const KeyframePositions a = keyframe(blend.before);
-        const KeyframePositions b = keyframe(blend.after);
+        // NaN becomes the first frame.
+        if (!(frame > first_frame())) frame = first_frame();
+        frame = std::min(frame, last_frame());
+        const std::size_t before = at_or_before(frame);
+        const double from = source_->frame(before);
+        if (frame == from) return copy_keyframe(before, out);
+        const double step = source_->frame(before + 1) - from;
+        const auto f = static_cast<float>((frame - from) / step);
+        // Closer to a keyframe than a float can distinguish.
+        if (f == 0.0f) return copy_keyframe(before, out);
+        if (f >= 1.0f) return copy_keyframe(before + 1, out);
+        const KeyframePositions a = keyframe(before);
+        const KeyframePositions b = keyframe(before + 1);
         for (std::size_t i = 0; i < out.size(); ++i) {
             for (int axis = 0; axis < 3; ++axis)
-                out[i][axis] = interpolate((*a)[i][axis], (*b)[i][axis], blend.f);
+                out[i][axis] = interpolate((*a)[i][axis], (*b)[i][axis], f);
         }
     }
 
@@ -169,12 +166,9 @@ private:
     }
 
     void copy_keyframe(std::size_t index, std::span<vec3> out) const {
-        KeyframePositions kept = cache_.keeps_all() ? keyframe(index) : cache_.find(index);
-        if (kept == nullptr) {
-            read(index, out);
-        } else {
-            std::copy(kept->begin(), kept->end(), out.begin());
-        }
+        const KeyframePositions kept = cache_.keeps_all() ? keyframe(index) : cache_.find(index);
+        if (kept == nullptr) return read(index, out);
+        std::ranges::copy(*kept, out.begin());
     }
 
     void read(std::size_t keyframe, std::span<vec3> out) const {
@@ -197,23 +191,6 @@ private:
         return first;
     }
 
-    KeyframeBlend blend_at(double frame) const {
-        // NaN becomes the first frame.
-        if (!(frame > first_frame())) frame = first_frame();
-        frame = std::min(frame, last_frame());
-
-        const std::size_t before = at_or_before(frame);
-        const std::size_t after = std::min(before + 1, source_->count() - 1);
-        const double from = source_->frame(before);
-        const float f = frame == from
-                            ? 0.0f
-                            : static_cast<float>((frame - from) / (source_->frame(after) - from));
-        if (f == 0.0f || before == after) return {before, before, 0.0f};
-        // Closer to the next keyframe than a float can distinguish.
-        if (f >= 1.0f) return {after, after, 0.0f};
-        return {before, after, f};
-    }
-
     const std::string name_;
     FirstMesh first_;
     std::unique_ptr<KeyframeSource> source_;
@@ -223,13 +200,7 @@ private:
     mutable std::mutex warn_mutex_;
 };
 
-}  // namespace
-
-bool has_mesh_name(const std::filesystem::path& path) {
-    const std::string extension = extension_of(path);
-    return extension == ".obj" || extension == ".ply";
-}
-
+/// By the format of its name, else as OBJ. Throws Error: kBadInput with the place, kLimit.
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {
     return extension_of(path) == ".ply" ? read_ply(path, options) : read_obj(path, options);
 }
@@ -246,10 +217,8 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
         triangulate(mesh.faces, mesh.positions, has_corners ? &corners : nullptr, &crossing);
     WarningCount warnings;
     for (const std::size_t polygon : crossing) {
-        warnings.add([&] {
-            return Warning{fmt::format("{}{}", mesh.place_prefix, mesh.polygon_places[polygon]),
-                           "face crosses itself; its triangles may lie outside; repair it"};
-        });
+        warnings.add(fmt::format("{}{}", mesh.place_prefix, mesh.polygon_places[polygon]),
+                     "face crosses itself; its triangles may lie outside; repair it");
     }
     warnings.tell(options.warn);
     set_corners(mesh, corners, first.smooth, first.textures);
@@ -260,14 +229,6 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
     return first;
 }
 
-std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
-                                            std::unique_ptr<KeyframeSource> source,
-                                            const WarnFunction& warn) {
-    return std::make_unique<StreamedAnimation>(name, std::move(first), std::move(source), warn);
-}
-
-namespace {
-
 // With its zero at the end.
 constexpr std::string_view kName("POINTCACHE2\0", 12);
 // Beyond this, neighbouring frames cannot be distinguished.
@@ -275,10 +236,8 @@ constexpr double kMostFrame = 1e9;
 
 /// Then come x, y, z of every point of every sample. All numbers are little-endian.
 struct Head {
-    std::uint32_t version;
-    std::uint32_t points;
-    float first_frame;
-    float frames_per_sample;
+    std::uint32_t version, points;
+    float first_frame, frames_per_sample;
     std::uint32_t samples;
 };
 constexpr std::uint64_t kHeadSize = kName.size() + sizeof(Head);
@@ -356,32 +315,9 @@ private:
     bool lenient_;
 };
 
-}  // namespace
-
-std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
-                                       const std::filesystem::path& cache, const std::string& name,
-                                       const AnimationOptions& options) {
-    FirstMesh first = read_first_mesh(mesh, options);
-    auto source = std::make_unique<CacheSource>(cache, options.lenient);
-    if (source->point_count() != first.topology.vertex_count) {
-        throw Error(ErrorKind::kBadInput,
-                    "{}: has {} points, but {} has {} vertices; give the mesh that the cache was "
-                    "written for",
-                    escape(cache), source->point_count(), escape(mesh),
-                    first.topology.vertex_count);
-    }
-    first.positions = {};
-    // The cache has floats.
-    first.origin = {};
-    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 constexpr std::string_view kDigits = "0123456789";
-
 constexpr std::size_t kMostDigits = 18;
 
 /// The names of a sequence: a number between two texts.
@@ -409,9 +345,8 @@ std::vector<std::string> file_names(const fs::path& folder) {
         if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
     }
     if (error == std::errc::not_enough_memory) throw std::bad_alloc();
-    if (error) {
+    if (error)
         fail_at(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
-    }
     // A folder lists its files in an order of the file system.
     std::sort(names.begin(), names.end());
     return names;
@@ -472,12 +407,6 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& 
     return files;
 }
 
-void sort_by_number(std::vector<NumberedName>& names) {
-    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
-        return a.number < b.number;
-    });
-}
-
 [[noreturn]] void refuse_pattern(const std::string& pattern, const char* what) {
     throw Error(ErrorKind::kBadArgument,
                 "pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file name",
@@ -502,7 +431,7 @@ Pattern split_pattern(const std::string& pattern) {
 }
 
 std::uint64_t hash_of_faces(const Polygons& faces) {
-    return Hasher().add(std::span(faces.corners)).add(std::span(faces.corner_counts)).digest();
+    return Hasher().add(faces.corners).add(faces.corner_counts).digest();
 }
 
 class FileSource : public KeyframeSource {
@@ -547,7 +476,7 @@ public:
                         mesh.positions.size(), escape(files_.front().path), face_count_,
                         vertex_count_);
         }
-        std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
+        std::ranges::copy(mesh.positions, out.begin());
         if (mesh.is_coarse && !first_warning && !was_coarse_.exchange(true)) {
             first_warning = {escape(file.path),
                              fmt::format("frame {} lies so far from the first that rounding to "
@@ -559,8 +488,7 @@ public:
 
 private:
     std::vector<KeyframeFile> files_;
-    std::size_t vertex_count_;
-    std::size_t face_count_;
+    std::size_t vertex_count_, face_count_;
     std::uint64_t faces_hash_;
     Origin origin_;
     bool is_lenient_;
@@ -568,6 +496,17 @@ private:
 };
 
 }  // namespace
+
+bool has_mesh_name(const std::filesystem::path& path) {
+    const std::string extension = extension_of(path);
+    return extension == ".obj" || extension == ".ply";
+}
+
+std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
+                                            std::unique_ptr<KeyframeSource> source,
+                                            const WarnFunction& warn) {
+    return std::make_unique<StreamedAnimation>(name, std::move(first), std::move(source), warn);
+}
 
 std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const AnimationOptions& options,
                                           const std::string& prefix, const std::string& suffix) {
@@ -590,7 +529,7 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const Animatio
         }
         names.push_back(file.value_or(NumberedName{name}));
     }
-    sort_by_number(names);
+    std::ranges::stable_sort(names, {}, &NumberedName::number);
     const std::uint64_t first = names[0].number;
     std::uint64_t step = 0;
     for (const NumberedName& name : names) step = std::gcd(step, name.number - first);
@@ -609,7 +548,7 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text,
         return files_of_folder(folder.empty() ? "." : folder, options, pattern.prefix,
                                pattern.suffix);
     if (names.empty()) fail_at(text, "no file matches this pattern; check the path");
-    sort_by_number(names);
+    std::ranges::stable_sort(names, {}, &NumberedName::number);
     return numbered_files(folder, pattern, names, 0, 1, options);
 }
 
@@ -619,6 +558,24 @@ std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files
     assert(!files.empty());
     FirstMesh first = read_first_mesh(files[0].path, options);
     auto source = std::make_unique<FileSource>(files, first, options);
+    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
+}
+
+std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
+                                       const std::filesystem::path& cache, const std::string& name,
+                                       const AnimationOptions& options) {
+    FirstMesh first = read_first_mesh(mesh, options);
+    auto source = std::make_unique<CacheSource>(cache, options.lenient);
+    if (source->point_count() != first.topology.vertex_count) {
+        throw Error(ErrorKind::kBadInput,
+                    "{}: has {} points, but {} has {} vertices; give the mesh that the cache was "
+                    "written for",
+                    escape(cache), source->point_count(), escape(mesh),
+                    first.topology.vertex_count);
+    }
+    first.positions = {};
+    // The cache has floats.
+    first.origin = {};
     return stream_keyframes(name, std::move(first), std::move(source), options.warn);
 }
 

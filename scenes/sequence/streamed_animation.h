@@ -17,9 +17,6 @@ namespace mray {
 /// Whether the name ends with .obj or .ply, in letters of either case.
 bool has_mesh_name(const std::filesystem::path& path);
 
-/// By the format of its name, else as OBJ. Throws Error: kBadInput with the place, kLimit.
-FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
-
 struct FirstMesh {
     Topology topology;
     /// As Animation::smooth_corners(), but empty if the file has no normals.
@@ -30,9 +27,6 @@ struct FirstMesh {
     /// Of keyframe 0, or empty.
     std::vector<vec3> positions;
 };
-
-/// Reads a mesh file. Throws Error(kBadInput).
-FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options);
 
 /// One file for each keyframe, or one file for all. Threads may share one.
 class KeyframeSource {
@@ -87,7 +81,7 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
                                            const AnimationOptions& options);
 
 /// Each file is a keyframe. The first has the triangles, colours and textures; all must have its
-/// faces. Throws Error(kBadInput) for the first file; a later one does not fail the opening.
+/// faces. Throws Error(kBadInput) for the first file alone.
 std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
                                           const std::string& name, const AnimationOptions& options);
 

@@ -2,7 +2,7 @@
 #ifndef BENCH_GPU_PEER_INTERFACE_H
 #define BENCH_GPU_PEER_INTERFACE_H
 
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "common/interop/ray.h"
 
 SHARED_BEGIN

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/interop/lit.h"
+#include "common/interop/shading.h"
 #include "common/scene/vertex_normals.h"
 #include "library/src/scene/errors.h"
 

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "common/scene/mesh.h"
-#include "common/scene/textures.h"
 #include "common/update/replace_triangles.h"
 #include "cpu/image/texture.h"
 #include "morphray/mesh.hpp"

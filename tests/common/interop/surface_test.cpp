@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "common/interop/lit.h"
+#include "common/interop/shading.h"
 
 namespace mray {
 namespace {

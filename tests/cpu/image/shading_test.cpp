@@ -9,7 +9,6 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
-#include "common/interop/lit.h"
 #include "common/interop/shading.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/vertex_normals.h"
