@@ -1,7 +1,7 @@
 # cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that a room may
 # not have by the tables below (docs/architecture.md draws them), that brings a library outside its one
-# place, for sibling folders of a room that include each other in a cycle, and for names in documents and
-# comments of what is not there. Public headers are included as <morphray/...> or "morphray/...".
+# place, and for names in documents and comments of what is not there. Public headers are included as
+# <morphray/...> or "morphray/...".
 cmake_minimum_required(VERSION 3.25)
 
 # A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
@@ -48,9 +48,11 @@ set(engine "^(library/src/|common/(backend|scene_queries)\\.h$|common/(bvh|updat
 set(engine_users "^app/(animation|commands)/")
 set(engine_data "^common/(bvh/builder/bvh_builder|update/policy)\\.h$")
 
-# The order of the folders of scenes/ and common/: one may include those before it.
+# The orders of the folders of other rooms: one may include those before it.
 set(order_of_scenes polygons json mesh obj ply sequence gltf procedural)
-set(order_of_common interop text base simd scene bvh image update report)
+set(order_of_common interop text base simd scene bvh image update)
+set(order_of_cpu simd single_ray packet image queries reference refit scene_space)
+set(order_of_shaders single_ray occlusion queries refit shade)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
@@ -112,9 +114,6 @@ list(LENGTH files count)
 if(count EQUAL 0)
     message(FATAL_ERROR "no sources under '${ROOT}'")
 endif()
-
-# Pairs "from>to" of sibling folders, and the first include of each.
-set(arrows "")
 
 foreach(file IN LISTS files)
     room_of(${file} from)
@@ -182,44 +181,20 @@ foreach(file IN LISTS files)
         if(NOT parent STREQUAL to_parent)
             continue()
         endif()
-        if(NOT "${from_folder}>${to_folder}" IN_LIST arrows)
-            list(APPEND arrows "${from_folder}>${to_folder}")
-            set("include_of_${from_folder}>${to_folder}" "${file} includes ${include}")
-        endif()
         get_filename_component(from_name ${from_folder} NAME)
         get_filename_component(to_name ${to_folder} NAME)
-        if(parent STREQUAL app AND NOT to_name IN_LIST app_${from_name}_sees)
-            violation(${file} ${include} "app/${from_name} must not see app/${to_name}")
-        endif()
-        if(order_of_${parent})
-            list(FIND order_of_${parent} ${from_name} from_place)
-            list(FIND order_of_${parent} ${to_name} to_place)
-            if(to_place GREATER from_place OR to_place EQUAL -1)
-                violation(${file} ${include} "${from_folder} comes before ${to_folder}")
+        if(parent STREQUAL app)
+            if(NOT to_name IN_LIST app_${from_name}_sees)
+                violation(${file} ${include} "app/${from_name} must not see app/${to_name}")
             endif()
+            continue()
+        endif()
+        list(FIND order_of_${parent} ${from_name} from_place)
+        list(FIND order_of_${parent} ${to_name} to_place)
+        if(to_place GREATER from_place OR to_place EQUAL -1)
+            violation(${file} ${include} "${from_folder} comes before ${to_folder}")
         endif()
     endforeach()
-endforeach()
-
-# Folders without an arrow out of them are taken away, again and again; what is left is in a cycle or
-# leads to one.
-set(left ${arrows})
-set(before -1)
-list(LENGTH left count)
-while(NOT count EQUAL before)
-    set(before ${count})
-    set(kept "")
-    foreach(arrow IN LISTS left)
-        string(REGEX REPLACE "^.*>" "" to_folder ${arrow})
-        if(left MATCHES "(^|;)${to_folder}>")
-            list(APPEND kept ${arrow})
-        endif()
-    endforeach()
-    set(left ${kept})
-    list(LENGTH left count)
-endwhile()
-foreach(arrow IN LISTS left)
-    list(APPEND violations "${include_of_${arrow}}: these folders include each other in a cycle")
 endforeach()
 
 foreach(library IN LISTS one_source_each)

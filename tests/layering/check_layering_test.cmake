@@ -29,7 +29,7 @@ check(tests/common/x.cpp "\"app/y.h\"")
 check(app/base/x.h "\"app/cli/y.h\"")
 check(app/view/x.cpp "\"common/update/tree_updater.h\"")
 check(app/commands/x.cpp "\"library/src/scene_impl.h\"")
-# A cycle of folders, and the order of folders.
+# The orders of folders.
 check(cpu/simd/x.h "\"cpu/packet/a.h\"")
 check(scenes/obj/x.h "\"scenes/sequence/y.h\"")
 # Places of libraries, and paths.
