@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <sstream>
-#include <type_traits>
 #include <utility>
 
 #include "app/base/options.h"
@@ -62,25 +60,16 @@ SceneSpace space_of(const FuzzCase& fuzz_case, const std::vector<vec3>& world) {
     return space_of_pose(bounds_of(fuzz_case), pose);
 }
 
-template <class Float>
-using BitsOf = std::conditional_t<sizeof(Float) == 4, std::uint32_t, std::uint64_t>;
-
-template <class Float>
-std::string number(Float x) {
-    if (std::isnan(x)) return fmt::format("bits:{:x}", std::bit_cast<BitsOf<Float>>(x));
-    return hex_text(x);
-}
-
 template <class Vector>
 std::string triple(const Vector& v) {
-    return fmt::format("{} {} {}", number(v[0]), number(v[1]), number(v[2]));
+    return fmt::format("{} {} {}", hex_text(v[0]), hex_text(v[1]), hex_text(v[2]));
 }
 
 std::string view_text(const ViewSpec& view) {
     std::string text = fmt::format("size {} {}\nrays {}\n", view.width, view.height,
                                    app::name_of_rays(static_cast<morphray::Rays>(view.rays)));
-    text += fmt::format("ao {} {}\nfov {}\nup {}\n", view.ao_count, number(view.ao_distance),
-                        number(view.fov), triple(view.up));
+    text += fmt::format("ao {} {}\nfov {}\nup {}\n", view.ao_count, hex_text(view.ao_distance),
+                        hex_text(view.fov), triple(view.up));
     if (view.eye) text += fmt::format("eye {}\n", triple(*view.eye));
     if (view.target) text += fmt::format("target {}\n", triple(*view.target));
     if (view.light) text += fmt::format("light {}\n", triple(*view.light));
@@ -100,19 +89,10 @@ public:
     [[noreturn]] void fail() const {
         throw Error(ErrorKind::kBadInput, fmt::format("not a line of a case: {}", line_));
     }
-    template <class Float>
-    Float number() {
+    double number() {
         const std::string text = word();
         char* end = nullptr;
-        Float x = 0;
-        if (text.starts_with("bits:")) {
-            const auto bits = std::strtoull(text.c_str() + 5, &end, 16);
-            x = std::bit_cast<Float>(static_cast<BitsOf<Float>>(bits));
-        } else if constexpr (sizeof(Float) == 4) {
-            x = std::strtof(text.c_str(), &end);
-        } else {
-            x = std::strtod(text.c_str(), &end);
-        }
+        const double x = std::strtod(text.c_str(), &end);
         if (*end != '\0') fail();
         return x;
     }
@@ -121,8 +101,8 @@ public:
         if (!(words_ >> value)) fail();
         return value;
     }
-    Point point() { return Point{number<double>(), number<double>(), number<double>()}; }
-    vec3 vertex() { return vec3{number<float>(), number<float>(), number<float>()}; }
+    Point point() { return Point{number(), number(), number()}; }
+    vec3 vertex() { return vec3(to_dvec3(point())); }
 
 private:
     std::string line_;
@@ -141,9 +121,9 @@ void read_line(Words& line, FuzzCase& out) {
             if (name == app::name_of_rays(static_cast<morphray::Rays>(kind))) view.rays = kind;
     } else if (key == "ao") {
         view.ao_count = line.count();
-        view.ao_distance = line.number<double>();
+        view.ao_distance = line.number();
     } else if (key == "fov") {
-        view.fov = line.number<double>();
+        view.fov = line.number();
     } else if (key == "up") {
         view.up = line.point();
     } else if (key == "eye") {
@@ -153,7 +133,7 @@ void read_line(Words& line, FuzzCase& out) {
     } else if (key == "light") {
         view.light = line.point();
     } else if (key == "frame") {
-        out.frame = line.number<double>();
+        out.frame = line.number();
     } else if (key == "build-at") {
         out.build_at = line.count();
     } else if (key == "pose") {
@@ -165,7 +145,7 @@ void read_line(Words& line, FuzzCase& out) {
     } else if (key == "ray") {
         const glm::dvec3 org = to_dvec3(line.point());
         const glm::dvec3 dir = to_dvec3(line.point());
-        out.rays.push_back(WorldRay{org, dir, line.number<double>(), line.number<double>()});
+        out.rays.push_back(WorldRay{org, dir, line.number(), line.number()});
     } else if (key == "questions") {
         out.asks_questions = true;
     } else if (key == "point") {
@@ -217,7 +197,7 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
     std::istringstream lines(remarks);
     for (std::string line; std::getline(lines, line);) text += fmt::format("# {}\n", line);
     if (fuzz_case.has_image()) text += view_text(fuzz_case.view);
-    text += fmt::format("build-at {}\nframe {}\n", fuzz_case.build_at, number(fuzz_case.frame));
+    text += fmt::format("build-at {}\nframe {}\n", fuzz_case.build_at, hex_text(fuzz_case.frame));
     for (const uvec3& t : fuzz_case.triangles) text += fmt::format("t {} {} {}\n", t.x, t.y, t.z);
     for (const auto& pose : fuzz_case.poses) {
         text += "pose\n";
@@ -225,7 +205,7 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
     }
     for (const WorldRay& ray : fuzz_case.rays)
         text += fmt::format("ray {} {} {} {}\n", triple(ray.org), triple(ray.dir),
-                            number(ray.tnear), number(ray.tfar));
+                            hex_text(ray.tnear), hex_text(ray.tfar));
     if (fuzz_case.asks_questions) text += "questions\n";
     for (const vec3& p : fuzz_case.points) text += fmt::format("point {}\n", triple(p));
     return text;

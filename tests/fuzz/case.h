@@ -58,11 +58,24 @@ std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
 /// The same with NaN for vertices that are left out.
 std::vector<vec3> seen_positions(const FuzzCase& fuzz_case, double frame);
 
-/// The case as text that reads back bit for bit: floats are hexadecimal, NaN is written as its
-/// bits. Each line of `remarks` precedes it as a comment.
+/// The case as text that reads back as it is: floats are hexadecimal. Each line of `remarks`
+/// precedes it as a comment.
 std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks = {});
 
 /// Throws Error(kBadInput).
 FuzzCase read_case_file(const std::filesystem::path& path);
+
+// Makes cases from seeds: shapes on which tracers fail, their motions, and points, rays, cameras
+// and lights at which they fail (generate.cpp).
+
+/// A pure function of the seed. make_image_params() may refuse the view.
+FuzzCase make_case(std::uint64_t seed);
+
+/// A case of questions alone: a pure function of the seed. In one of four cases the rays, or the
+/// points, come in groups, so many that they are asked about together.
+FuzzCase make_questions(std::uint64_t seed);
+
+/// The seed of a campaign's case.
+std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index);
 
 }  // namespace mray::fuzz

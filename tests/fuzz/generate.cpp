@@ -1,5 +1,3 @@
-#include "tests/fuzz/generate.h"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -8,6 +6,7 @@
 
 #include "common/image/frame.h"
 #include "scenes/procedural/procedural.h"
+#include "tests/fuzz/case.h"
 #include "tests/support/places.h"
 #include "tests/support/shapes.h"
 

@@ -9,20 +9,179 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/base/messages.h"
 #include "common/base/errors.h"
+#include "common/base/output_file.h"
 #include "common/frame_times.h"
+#include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
-#include "tests/fuzz/generate.h"
-#include "tests/fuzz/judge/judge.h"
+#include "tests/fuzz/judge.h"
+#ifdef MORPHRAY_HAS_VULKAN
+#include "gpu/shared_device.h"
+#endif
 
 namespace mray::fuzz {
 namespace {
+
+/// The variants of a process. They are made once, because each backend owns threads or a device.
+struct Variants {
+    std::vector<std::unique_ptr<Backend>> backends;
+    /// Cases alternate between the groups.
+    std::vector<std::vector<Variant>> groups;
+};
+
+std::vector<std::string> simd_names() {
+    std::vector<std::string> names;
+    for (const SimdTarget& target : supported_simd_targets()) names.emplace_back(target.name);
+    names.emplace_back(kSimdOff);
+    return names;
+}
+
+/// Every instruction set of this machine and the scalar tracer (`off`), on 1 and on 2 threads, over
+/// each kind of tree.
+Variants cpu_variants() {
+    Variants variants;
+    variants.groups.resize(2);
+    const auto add = [&](const std::string& simd, int threads, TreeKind tree, std::size_t group) {
+        variants.backends.push_back(cpu::make_cpu_backend({.threads = threads, .simd = simd}));
+        Variant variant;
+        variant.backend = variants.backends.back().get();
+        variant.tracer = fmt::format("cpu {}, {}", simd, threads == 1 ? "1 thread" : "2 threads");
+        variant.tree = tree;
+        variants.groups[group].push_back(variant);
+    };
+    int turn = 0;
+    for (const std::string& simd : simd_names()) {
+        for (const std::size_t group : {0, 1}) {
+            const int threads = group == 0 ? 1 : 2;
+            add(simd, threads, TreeKind::kRefitted, group);
+            add(simd, 3 - threads, TreeKind::kRebuilt, group);
+        }
+        // These cost more than the others, so each group has half of them.
+        add(simd, 1, TreeKind::kAuto, static_cast<std::size_t>(turn++ % 2));
+    }
+    return variants;
+}
+
+#ifdef MORPHRAY_HAS_VULKAN
+/// The device with the default tuning, and with one that suspends rays often. The environment sets
+/// the width of its vectors.
+Variants vulkan_variants() {
+    // Suspends and resumes rays a few times; doing so at every step would take long.
+    constexpr std::uint32_t kShortBudget = 24;
+    Variants variants;
+    // Making a backend takes seconds, because kernels are compiled.
+    variants.backends.push_back(gpu::make_vulkan_backend());
+    gpu::Tuning tuning;
+    tuning.step_budget = kShortBudget;
+    variants.backends.push_back(gpu::make_vulkan_backend({}, tuning));
+    Backend* const device = variants.backends[0].get();
+    Backend* const tuned = variants.backends[1].get();
+    const Variant refitted{device, "vulkan", TreeKind::kRefitted};
+    const Variant rebuilt{device, "vulkan", TreeKind::kRebuilt};
+    const Variant kept{device, "vulkan", TreeKind::kAuto};
+    const Variant suspended{tuned, "vulkan with a short budget", TreeKind::kRefitted};
+    variants.groups = {{refitted, rebuilt, suspended}, {refitted, kept, suspended}};
+    return variants;
+}
+#else
+Variants vulkan_variants() {
+    throw Error(ErrorKind::kUnavailable,
+                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+}
+#endif
+
+/// The rays of a case, and each of those that hit again with tnear and with tfar at its hit, or if
+/// it asks questions one of its hits, and at the floats next to it.
+std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
+    constexpr std::uint32_t kMostHits = 16;
+    const FuzzScene scene(fuzz_case);
+    brute.set_scene(scene.topology, scene.positions(), scene.rebuilt);
+    std::vector<WorldRay> all = fuzz_case.rays;
+    for (const WorldRay& world : fuzz_case.rays) {
+        const SceneRay ray = to_scene(scene.space, world);
+        if (!ray.valid) continue;
+        HitLists lists;
+        brute.query(ListQuery{{&ray.ray, 1}, Crossing::kEach, kMostHits, lists});
+        if (lists.hits.empty()) continue;
+        // Questions are asked about all hits.
+        const Hit hit = lists.hits[fuzz_case.asks_questions ? all.size() % lists.hits.size() : 0];
+        const float t[] = {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, kInfiniteT)};
+        for (const float end : t) {
+            const double world_t = std::ldexp(static_cast<double>(end), ray.t_exponent);
+            WorldRay bounded = world;
+            bounded.tnear = world_t;
+            bounded.tfar = std::max(world.tfar, world_t);
+            all.push_back(bounded);
+            bounded.tnear = std::min(world.tnear, world_t);
+            bounded.tfar = world_t;
+            all.push_back(bounded);
+        }
+    }
+    return all;
+}
+
+/// Takes the image, triangles, rays and points from a case that it can lose and still fail.
+class Shrinker {
+public:
+    Shrinker(const FuzzCase& failing, const Finding& finding, Referee& referee)
+        : best_(failing), finding_(finding), referee_(referee), what_(describe(finding)) {}
+
+    void shrink() {
+        FuzzCase smaller = best_;
+        smaller.view.width = smaller.view.height = 0;
+        if (best_.has_image()) take(std::move(smaller));
+        lose(&FuzzCase::triangles);
+        lose(&FuzzCase::rays);
+        lose(&FuzzCase::points);
+    }
+    const FuzzCase& best() const { return best_; }
+    /// How the smallest case fails.
+    const std::string& what() const { return what_; }
+
+private:
+    /// Takes the case if it fails in the way of the finding.
+    bool take(FuzzCase smaller) {
+        if (trials_ == 0) return false;
+        --trials_;
+        Tally ignored;
+        for (const Finding& found :
+             check_case(referee_, smaller, std::span(finding_.variant, 1), ignored)) {
+            if (found.answer.asked != finding_.answer.asked) continue;
+            what_ = describe(found);
+            best_ = std::move(smaller);
+            return true;
+        }
+        return false;
+    }
+
+    /// Loses all things of a kind, then halves, then ever smaller parts.
+    template <class Thing>
+    void lose(std::vector<Thing> FuzzCase::*things) {
+        for (std::size_t part = (best_.*things).size(); part > 0; part /= 2) {
+            for (std::size_t first = 0; first < (best_.*things).size();) {
+                FuzzCase smaller = best_;
+                const std::size_t n = std::min(part, (best_.*things).size() - first);
+                const auto from = (smaller.*things).begin() + static_cast<std::ptrdiff_t>(first);
+                (smaller.*things).erase(from, from + static_cast<std::ptrdiff_t>(n));
+                if (!take(std::move(smaller))) first += n;
+            }
+        }
+    }
+
+    FuzzCase best_;
+    const Finding& finding_;
+    Referee& referee_;
+    std::string what_;
+    std::size_t trials_ = 3000;
+};
 
 struct FuzzOptions {
     bool asks_questions = false;
@@ -113,8 +272,19 @@ private:
         FuzzCase fuzz_case = options_.asks_questions ? make_questions(seed) : make_case(seed);
         fuzz_case.rays = with_ends_at_hits(*brute_, fuzz_case);
         const std::vector<Finding> findings = check_case(referee_, fuzz_case, group, tally_);
-        if (!findings.empty())
-            report_failure({options_.out, name, backend_}, fuzz_case, findings.front(), referee_);
+        if (!findings.empty()) report_failure(name, fuzz_case, findings.front());
+    }
+
+    void report_failure(const std::string& name, const FuzzCase& fuzz_case,
+                        const Finding& finding) {
+        Shrinker shrinker(fuzz_case, finding, referee_);
+        shrinker.shrink();
+        const std::filesystem::path path = std::filesystem::path(options_.out) / name / "case.txt";
+        make_output_folder(path.parent_path());
+        write_file(path, to_text(shrinker.best(), "failed: " + shrinker.what()));
+        fmt::print("FAILED {}\n{}\n./fuzz replay {} --backend {}\n\n", name, shrinker.what(),
+                   path.string(), backend_);
+        std::fflush(stdout);
     }
 
     void replay() {

@@ -2,7 +2,6 @@
 // Built with libFuzzer (the preset `fuzz`), it takes that one's arguments after TARGET, such as
 // folders of files from which it makes others. A reader ends with a value that keeps the promises
 // of its type, or with an error of the project about the input in one line that names the file.
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,10 +13,8 @@
 #include <exception>
 #include <filesystem>
 #include <initializer_list>
-#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "app/base/image_files.h"
@@ -76,40 +73,17 @@ constexpr std::string_view kMesh =
 
 /// The folder of this process for files of cases, in memory where the system has a place for it;
 /// removed at exit.
-const std::filesystem::path& case_folder() {
+const test::TemporaryFolder& case_folder() {
     constexpr const char* kMemory = "/dev/shm";
     static const test::TemporaryFolder folder(
         access(kMemory, W_OK) == 0 ? kMemory : std::filesystem::temp_directory_path());
-    return folder.path();
+    return folder;
 }
 
-/// A file in case_folder() whose content is another one in each case, made when it is first
-/// written.
-class CaseFile {
-public:
-    explicit CaseFile(std::string_view name) : path_((case_folder() / name).native()) {}
-    ~CaseFile() { remove(); }
-    CaseFile(const CaseFile&) = delete;
-
-    const std::string& path() const { return path_; }
-    void write(std::string_view bytes) {
-        if (fd_ < 0) fd_ = open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-        const bool is_written =
-            pwrite(fd_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
-        if (!is_written || ftruncate(fd_, static_cast<off_t>(bytes.size())) != 0)
-            throw std::runtime_error("cannot write " + path_);
-    }
-    void remove() {
-        if (fd_ < 0) return;
-        unlink(path_.c_str());
-        close(std::exchange(fd_, -1));
-    }
-
-private:
-    std::string path_;
-    /// Below 0 before it is made.
-    int fd_ = -1;
-};
+/// Writes a file of a case; returns its path.
+std::string write_case(const char* name, std::string_view bytes) {
+    return case_folder().write(name, std::string(bytes)).native();
+}
 
 /// Reads frames of an animation, which may be refused.
 void read_frames(const Animation& animation) {
@@ -166,39 +140,32 @@ std::string scene_failure(const std::string& scene, const std::string& file,
 
 /// What follows a line `====` is the material library m.mtl beside the OBJ file.
 std::string obj_failure(std::string_view bytes) {
-    static CaseFile obj("case.obj");
-    static CaseFile mtl("m.mtl");
     const std::size_t mark = bytes.find(kLibraryMark);
-    obj.write(bytes.substr(0, mark == bytes.npos ? mark : mark + 1));
+    const std::string obj =
+        write_case("case.obj", bytes.substr(0, mark == bytes.npos ? mark : mark + 1));
     if (mark == bytes.npos)
-        mtl.remove();
+        std::filesystem::remove(case_folder().file("m.mtl"));
     else
-        mtl.write(bytes.substr(mark + kLibraryMark.size()));
+        write_case("m.mtl", bytes.substr(mark + kLibraryMark.size()));
     // An error is about either file.
-    return scene_failure(obj.path(), case_folder().native());
+    return scene_failure(obj, case_folder().path().native());
 }
 
 std::string ply_failure(std::string_view bytes) {
-    static CaseFile file("case.ply");
-    file.write(bytes);
-    return scene_failure(file.path(), file.path());
+    const std::string file = write_case("case.ply", bytes);
+    return scene_failure(file, file);
 }
 
 std::string gltf_failure(std::string_view bytes) {
-    static CaseFile text("case.gltf");
-    static CaseFile binary("case.glb");
-    CaseFile& file = bytes.starts_with("glTF") ? binary : text;
-    file.write(bytes);
-    return scene_failure(file.path(), file.path());
+    const std::string file =
+        write_case(bytes.starts_with("glTF") ? "case.glb" : "case.gltf", bytes);
+    return scene_failure(file, file);
 }
 
 /// Positions of a mesh of three vertices.
 std::string pc2_failure(std::string_view bytes) {
-    static CaseFile mesh("mesh.ply");
-    static CaseFile cache("case.pc2");
-    mesh.write(kMesh);
-    cache.write(bytes);
-    return scene_failure(mesh.path(), cache.path(), {.cache = cache.path()});
+    const std::string cache = write_case("case.pc2", bytes);
+    return scene_failure(write_case("mesh.ply", kMesh), cache, {.cache = cache});
 }
 
 template <class Decode>

@@ -8,7 +8,7 @@
 
 #include "common/scene/exact_crossing.h"
 #include "morphray/morphray.hpp"
-#include "tests/fuzz/judge/judge.h"
+#include "tests/fuzz/judge.h"
 
 namespace mray::fuzz {
 namespace {
@@ -154,7 +154,7 @@ public:
                                          Device::brute_force({.threads = 1}), options);
         check_points(scene, brute);
         check_rays(scene, brute);
-        return differences_.all();
+        return differences_.all;
     }
 
 private:

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <span>
@@ -37,21 +36,6 @@ struct Variant {
     std::string name() const;
 };
 
-/// The variants of a process. They are made once, because each backend owns threads or a device.
-struct Variants {
-    std::vector<std::unique_ptr<Backend>> backends;
-    /// Cases alternate between the groups.
-    std::vector<std::vector<Variant>> groups;
-};
-
-/// Every instruction set of this machine and the scalar tracer (`off`), on 1 and on 2 threads, over
-/// each kind of tree.
-Variants cpu_variants();
-
-/// The Vulkan device with the default tuning, and with one that suspends rays often. Throws
-/// Error(kUnavailable) without a device. The environment sets the width of its vectors.
-Variants vulkan_variants();
-
 /// The kinds of comparisons.
 enum class Asked {
     kImage,
@@ -76,36 +60,10 @@ struct AnswerDifference {
 };
 
 /// Collects differences of answers: one for each kind.
-class AnswerDifferences {
-public:
+struct AnswerDifferences {
+    std::vector<AnswerDifference> all;
+
     void add(Asked asked, std::size_t index);
-    const std::vector<AnswerDifference>& all() const { return differences_; }
-
-private:
-    std::vector<AnswerDifference> differences_;
-};
-
-/// Lists of each crossing, lists that are cut, next hits after hits and after cursors next to them,
-/// windings, and closest triangles within any distance, exactly a distance of one of the points,
-/// and just less.
-class CaseQueries {
-public:
-    /// Leaves out rays and points that scene space does not take.
-    CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case, const test::Queries& reference);
-
-    std::vector<AnswerDifference> compare(const test::Queries& queries) const;
-
-private:
-    struct Round {
-        Crossing crossing;
-        std::uint32_t most;
-        test::Questions questions;
-        test::Answers expected;
-    };
-
-    std::vector<std::size_t> ray_indices_;
-    std::vector<std::size_t> point_indices_;
-    std::vector<Round> rounds_;
 };
 
 /// The answers of a scene that has moved to the frame, over a tree of each kind of update. Windings
@@ -184,24 +142,5 @@ private:
 /// Counts a refused view.
 std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
                                 std::span<const Variant> variants, Tally& tally);
-
-struct FailureName {
-    /// The folder for a folder of each failure.
-    std::filesystem::path out;
-    /// The kind of the case and its seed.
-    std::string name;
-    /// cpu or vulkan.
-    std::string backend;
-};
-
-/// Takes the image, triangles, rays and points from the case that it can lose and still fail for
-/// the variant of the finding, writes it as text, and prints it with the line that replays it.
-/// Throws Error(kOutput).
-void report_failure(const FailureName& name, const FuzzCase& fuzz_case, const Finding& finding,
-                    Referee& referee);
-
-/// The rays of a case, and each of those that hit again with tnear and with tfar at its hit, or if
-/// it asks questions one of its hits, and at the floats next to it.
-std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case);
 
 }  // namespace mray::fuzz

@@ -1,16 +1,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
 #include "common/scene_queries.h"
-#include "tests/fuzz/judge/judge.h"
+#include "tests/fuzz/judge.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
@@ -40,12 +42,6 @@ void add_crowd(const Ray& ray, std::vector<Ray>& rays) {
     }
 }
 
-std::vector<std::uint8_t> any_hits(Backend& backend, std::span<const Ray> rays) {
-    std::vector<std::uint8_t> occluded(rays.size());
-    backend.trace({rays, {}, occluded});
-    return occluded;
-}
-
 void add(std::vector<Finding>& findings, const Variant& variant,
          const std::vector<AnswerDifference>& differences) {
     for (const AnswerDifference& difference : differences)
@@ -59,10 +55,143 @@ std::vector<AnswerDifference> find_differences(Asked asked, std::span<const std:
     AnswerDifferences found;
     for (std::size_t i = 0; i < indices.size(); ++i)
         if (differs(i)) found.add(asked, indices[i]);
-    return found.all();
+    return found.all;
 }
 
+constexpr std::uint32_t kAllOfThem = std::numeric_limits<std::uint32_t>::max();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// One of the cursors at and next to the hits of a ray.
+HitCursor cursor_of(std::span<const Hit> hits, std::size_t kind) {
+    if (hits.empty()) return kind % 2 == 0 ? HitCursor{} : HitCursor{1.0f, 0};
+    const Hit& hit = hits[kind / 8 % hits.size()];
+    switch (kind % 8) {
+        case 0:
+            return {};
+        case 1:
+            return {std::nextafter(hit.t, kInfinity), hit.prim_id};
+        case 2:
+            return {std::nextafter(hit.t, -1.0f), hit.prim_id};
+        case 3:
+            return {hit.t, hit.prim_id + 1};
+        case 4:
+            return {hit.t, hit.prim_id == 0 ? 0 : hit.prim_id - 1};
+        case 5:
+            return {hit.t, kNoPrim};
+        default:
+            return {hit.t, hit.prim_id};
+    }
+}
+
+Asked asked_of(test::Answered answered) {
+    constexpr std::array kAsked = {Asked::kHitCounts, Asked::kAllHits, Asked::kNextHits,
+                                   Asked::kWindings, Asked::kClosestPoints};
+    return kAsked[static_cast<std::size_t>(answered)];
+}
+
+/// Lists of each crossing, lists that are cut, next hits after hits and after cursors next to them,
+/// windings, and closest triangles within any distance, exactly a distance of one of the points,
+/// and just less.
+class CaseQueries {
+public:
+    /// Leaves out rays and points that scene space does not take.
+    CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case, const test::Queries& reference) {
+        test::Questions questions;
+        for (std::size_t i = 0; i < fuzz_case.rays.size(); ++i) {
+            const SceneRay ray = to_scene(scene.space, fuzz_case.rays[i]);
+            if (!ray.valid) continue;
+            questions.rays.push_back(ray.ray);
+            ray_indices_.push_back(i);
+        }
+        for (std::size_t i = 0; i < fuzz_case.points.size(); ++i) {
+            const vec3 world = fuzz_case.points[i];
+            if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z))
+                continue;
+            const vec3 point = scene.space.to_scene(world);
+            if (!(largest_component(point) < kOriginExtent)) continue;
+            questions.points.push_back(point);
+            point_indices_.push_back(i);
+        }
+        questions.after.resize(questions.rays.size());
+        // A distance of one of the points, and just less.
+        float reach = kAnyDistance2;
+        if (!questions.points.empty()) {
+            ClosestTriangle closest;
+            const std::size_t middle = questions.points.size() / 2;
+            reference(ClosestQuery{{&questions.points[middle], 1}, kAnyDistance2, {&closest, 1}});
+            reach = closest.d2;
+        }
+        const float less = reach > 0 ? std::nextafter(reach, 0.0f) : 0;
+        for (const auto& [crossing, most, round_reach] :
+             {std::tuple(Crossing::kEach, kAllOfThem, reach),
+              {Crossing::kOwner, kAllOfThem, less},
+              {Crossing::kOwner, 2u, 0.0f}}) {
+            questions.reach = round_reach;
+            HitLists lists;
+            reference(ListQuery{questions.rays, crossing, kAllOfThem, lists});
+            const auto hits = test::lists_of_rays(lists);
+            for (std::size_t i = 0; i < hits.size(); ++i)
+                questions.after[i] = cursor_of(hits[i], i + 5 * rounds_.size());
+            rounds_.push_back({crossing, most, questions,
+                               test::answers_of(reference, questions, crossing, most)});
+        }
+    }
+
+    std::vector<AnswerDifference> compare(const test::Queries& queries) const {
+        AnswerDifferences differences;
+        for (const Round& round : rounds_) {
+            const test::Answers actual =
+                test::answers_of(queries, round.questions, round.crossing, round.most);
+            test::visit_differences(
+                round.expected, actual, [&](test::Answered kind, std::size_t i) {
+                    const Asked asked = asked_of(kind);
+                    differences.add(asked,
+                                    (is_about_points(asked) ? point_indices_ : ray_indices_)[i]);
+                });
+        }
+        return differences.all;
+    }
+
+private:
+    struct Round {
+        Crossing crossing;
+        std::uint32_t most;
+        test::Questions questions;
+        test::Answers expected;
+    };
+
+    std::vector<std::size_t> ray_indices_;
+    std::vector<std::size_t> point_indices_;
+    std::vector<Round> rounds_;
+};
+
 }  // namespace
+
+const char* name_of(Asked asked) {
+    constexpr std::array kNames = {"image",    "closest hits", "any hits", "counts of hits",
+                                   "all hits", "next hits",    "windings", "closest points"};
+    return kNames[static_cast<std::size_t>(asked)];
+}
+
+bool is_about_points(Asked asked) {
+    return asked == Asked::kWindings || asked == Asked::kClosestPoints;
+}
+
+void AnswerDifferences::add(Asked asked, std::size_t index) {
+    for (AnswerDifference& difference : all) {
+        if (difference.asked != asked) continue;
+        ++difference.count;
+        return;
+    }
+    all.push_back({asked, 1, index});
+}
+
+const char* name_of(TreeKind tree) {
+    if (tree == TreeKind::kAuto) return "auto";
+    return tree == TreeKind::kRebuilt ? "rebuilt" : "refitted";
+}
+
+std::string Variant::name() const { return fmt::format("{}, {} tree", tracer, name_of(tree)); }
 
 std::string describe(const Finding& finding) {
     const std::string text = finding.variant->name() + ": ";
@@ -150,7 +279,8 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
                 return !test::same_bits(expected[i], actual[i]);
             }));
         if (!variant.backend->info().answers_threads) continue;
-        const std::vector<std::uint8_t> occluded = any_hits(*variant.backend, rays);
+        std::vector<std::uint8_t> occluded(rays.size());
+        variant.backend->trace({rays, {}, occluded});
         add(findings, variant, find_differences(Asked::kAnyHits, indices, [&](std::size_t i) {
                 return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
             }));
@@ -187,34 +317,6 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
         std::ranges::move(referee.compare_questions(fuzz_case), std::back_inserter(findings));
     tally.failed_cases += findings.empty() ? 0 : 1;
     return findings;
-}
-
-std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
-    constexpr std::uint32_t kMostHits = 16;
-    const FuzzScene scene(fuzz_case);
-    brute.set_scene(scene.topology, scene.positions(), scene.rebuilt);
-    std::vector<WorldRay> all = fuzz_case.rays;
-    for (const WorldRay& world : fuzz_case.rays) {
-        const SceneRay ray = to_scene(scene.space, world);
-        if (!ray.valid) continue;
-        HitLists lists;
-        brute.query(ListQuery{{&ray.ray, 1}, Crossing::kEach, kMostHits, lists});
-        if (lists.hits.empty()) continue;
-        // Questions are asked about all hits.
-        const Hit hit = lists.hits[fuzz_case.asks_questions ? all.size() % lists.hits.size() : 0];
-        const float t[] = {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, kInfiniteT)};
-        for (const float end : t) {
-            const double world_t = std::ldexp(static_cast<double>(end), ray.t_exponent);
-            WorldRay bounded = world;
-            bounded.tnear = world_t;
-            bounded.tfar = std::max(world.tfar, world_t);
-            all.push_back(bounded);
-            bounded.tnear = std::min(world.tnear, world_t);
-            bounded.tfar = world_t;
-            all.push_back(bounded);
-        }
-    }
-    return all;
 }
 
 }  // namespace mray::fuzz
