@@ -117,7 +117,7 @@ SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(Float3) point) {
 
 /// The squared distance of p from the triangle a, b, c (scene space, finite). The distance is
 /// within 2^-21 of that of the farthest corner from the exact one
-/// (tests/common/interop/closest_rule_test.cpp).
+/// (tests/common/interop/point_rules_test.cpp).
 SHARED Float triangle_distance2(Float3 p, Float3 a, Float3 b, Float3 c) {
     PRECISE Float3 ra = a - p;
     PRECISE Float3 rb = b - p;

@@ -23,12 +23,10 @@ TEST(Environment, LocaleHomeTerminalAndTimeZoneDoNotMatter) {
     TemporaryFolder folder;
     const std::string scene = folder.write("t.obj", unit_triangle(1.5));
     const std::string expected = image_hash(scene, {});
-    for (const std::vector<std::string>& environment :
-         {std::vector<std::string>{"LC_ALL=de_DE.UTF-8", "LANG=de_DE.UTF-8"},
-          std::vector<std::string>{"LC_ALL=tr_TR.UTF-8"},
-          std::vector<std::string>{"HOME", "XDG_CACHE_HOME=/proc", "XDG_CONFIG_HOME=/proc"},
-          std::vector<std::string>{"TERM=dumb", "TZ=Nowhere/Never"},
-          std::vector<std::string>{"PATH", "TMPDIR=/none"}}) {
+    for (const Words& environment :
+         {Words{"LC_ALL=de_DE.UTF-8", "LANG=de_DE.UTF-8"}, Words{"LC_ALL=tr_TR.UTF-8"},
+          Words{"HOME", "XDG_CACHE_HOME=/proc", "XDG_CONFIG_HOME=/proc"},
+          Words{"TERM=dumb", "TZ=Nowhere/Never"}, Words{"PATH", "TMPDIR=/none"}}) {
         EXPECT_EQ(image_hash(scene, {.environment = environment}), expected) << environment[0];
     }
 }
@@ -52,7 +50,7 @@ const Surroundings kNoDriver = {
 
 TEST(Environment, MissingVulkanIsUnavailable) {
     TemporaryFolder folder;
-    const std::vector<std::vector<std::string>> commands = {
+    const std::vector<Words> commands = {
         {"render", "builtin:cloth:500", "--backend", "vulkan", "--out", folder.file("out")},
         {"render", "builtin:cloth:500", "--device", "0", "--out", folder.file("out")},
         {"crosscheck", "builtin:cloth:500"},
@@ -70,9 +68,8 @@ TEST(Environment, MissingVulkanIsUnavailable) {
 }
 
 TEST(Environment, DevicesWritesItsReportWithoutVulkanToo) {
-    for (const std::vector<std::string>& command :
-         {std::vector<std::string>{"devices", "--json", "-"},
-          std::vector<std::string>{"devices", "--check", "--json", "-"}}) {
+    for (const Words& command :
+         {Words{"devices", "--json", "-"}, Words{"devices", "--check", "--json", "-"}}) {
         const Outcome outcome = run(command, kNoDriver);
         EXPECT_EQ(outcome.code, 4) << outcome.err;
         const auto json = nlohmann::json::parse(outcome.out);
@@ -84,12 +81,12 @@ TEST(Environment, DevicesWritesItsReportWithoutVulkanToo) {
 TEST(Environment, ABadSceneIsBadInputOnAMachineWithoutVulkanToo) {
     TemporaryFolder folder;
     const std::string bad = folder.write("bad.obj", "v 0 0 0\nf 1 2 3\n");
-    for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-             {"render", bad, "--backend", "vulkan"},
-             {"crosscheck", bad},
-             {"crosscheck", bad, "--backend", "vulkan"},
-             {"probe", bad, "--frame", "0", "--pixel", "0,0", "--backend", "vulkan"},
-             {"profile", bad, "--backend", "vulkan"}}) {
+    for (const Words& command :
+         std::vector<Words>{{"render", bad, "--backend", "vulkan"},
+                            {"crosscheck", bad},
+                            {"crosscheck", bad, "--backend", "vulkan"},
+                            {"probe", bad, "--frame", "0", "--pixel", "0,0", "--backend", "vulkan"},
+                            {"profile", bad, "--backend", "vulkan"}}) {
         const Outcome outcome =
             run(command, {.environment = kNoDriver.environment, .folder = folder.path()});
         EXPECT_EQ(outcome.code, 3) << command[0] << ": " << outcome.err;

@@ -1,9 +1,13 @@
 // Functions of the program, called directly.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include <glm/vector_relational.hpp>
@@ -17,90 +21,14 @@
 #include "common/base/errors.h"
 #include "common/scene/camera_setup.h"
 #include "scenes/animation.h"
-#include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray::app {
 namespace {
 
-TEST(Compare, LastBitOfAHitIsFound) {
-    const Frame expected = test::numbered_frame(4, 4);
-    Frame doctored = expected;
-    doctored.hits[7].t = std::nextafter(doctored.hits[7].t, 2.0f);
-    const CrosscheckOptions options = test::options_of("scene.obj", 4);
-    Json scene = empty_report(options)["scenes"][0];
-    scene["frames"].push_back(0.0);
-    add_images(scene, options, {{"cpu"}, 0, morphray::Rays::ao, "brute"}, expected, doctored);
-    const Json& row = scene["rows"][0];
-    EXPECT_EQ(scene["equal"], false);
-    EXPECT_EQ(row["equal"], false);
-    EXPECT_EQ(row["differences"]["total"], 1);
-    EXPECT_EQ(row["differences"]["t"], 1);
-    EXPECT_TRUE(row["details"].get<std::string>().starts_with("  pixel 3,1\n")) << row;
-    EXPECT_NE(row["hits_hash"], row["expected_hits_hash"]);
-    EXPECT_EQ(row["image_hash"], row["expected_image_hash"]);
-}
-
-TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
-    CrosscheckOptions options = test::options_of("my scene.obj", 4);
-    options.view.eye = morphray::Point{-1, 2, 3};
-    const Frame expected = test::numbered_frame(4, 4);
-    Frame doctored = expected;
-    doctored.hits[7].t = 2;
-    Json report = empty_report(options);
-    Json& scene = report["scenes"][0];
-    scene["frames"].push_back(3.0);
-    add_images(scene, options, {{"vulkan", "", "refit", "cpu"}, 6.5, morphray::Rays::ao, "brute"},
-               expected, doctored);
-    const std::string text = run_text(report);
-    EXPECT_NE(text.find("frame 6.5, vulkan, refit on cpu, ao: 1 pixel"), std::string::npos) << text;
-    EXPECT_NE(text.find("brute    t 0x1.8p+0 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
-    EXPECT_NE(text.find("vulkan   t 0x1p+1 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
-    const std::string common =
-        "    morphray probe 'my scene.obj' --frame 6.5 --pixel 3,1 --rays ao --size 4x4 --eye "
-        "-1,2,3 --ao-samples 16 --backend ";
-    EXPECT_NE(text.find(common + "brute --update rebuild\n"), std::string::npos) << text;
-    EXPECT_NE(text.find(common + "vulkan --update refit --build-at 3\n"), std::string::npos)
-        << text;
-    // The program accepts these commands.
-    const std::vector<std::string> arguments = {
-        "probe",     "my scene.obj", "--frame",  "6.5",   "--pixel",    "3,1",
-        "--size",    "4x4",          "--rays",   "ao",    "--eye",      "-1,2,3",
-        "--backend", "vulkan",       "--update", "refit", "--build-at", "3"};
-    const auto parsed = std::get<ProbeOptions>(parse_command_line(arguments).options.value());
-    EXPECT_EQ(parsed.frame, 6.5);
-    EXPECT_EQ(parsed.tree.build_at, 3);
-    EXPECT_EQ(parsed.view.eye, options.view.eye);
-}
-
-TEST(Junit, DifferencesAreFailures) {
-    Json report = test::planted_run(1, 0, 16, "a<b");
-    add_trees(report["scenes"][0], 2, 5, 6);
-    conclude(report, "");
-    EXPECT_EQ(report["verdict"],
-              "different: 4 of 8, first in a<b, frame 0, vulkan, refit on cpu, primary");
-    conclude(report, "later could not be read");
-    EXPECT_TRUE(report["verdict"].get<std::string>().ends_with(
-        ", primary; not finished: later could not be read"));
-    const std::string xml = to_junit(report);
-    EXPECT_NE(xml.find("tests=\"8\" failures=\"4\""), std::string::npos) << xml;
-    EXPECT_NE(xml.find("<failure message=\"5 pixels differ: "), std::string::npos) << xml;
-    EXPECT_NE(xml.find("a&lt;b.vulkan, refit on cpu"), std::string::npos) << xml;
-}
-
-TEST(Junit, RunThatEndedEarlyHasAnError) {
-    Json report = test::planted_run(1, 1, 16, "a<b");
-    Json& scene = report["scenes"][0];
-    scene["complete"] = false;
-    scene["error"] = "Vulkan: the device was lost";
-    report["error"] = scene["error"];
-    const Json later = empty_report(test::options_of("later", 4))["scenes"][0];
-    report["scenes"].push_back(later);
-    const std::string xml = to_junit(report);
-    EXPECT_NE(xml.find("tests=\"8\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
-    EXPECT_NE(xml.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
-    EXPECT_NE(xml.find("<error message=\"Vulkan: the device was lost\">"), std::string::npos);
-}
+using namespace test;
 
 TEST(Failure, HasTheExitCodeOfItsKind) {
     const auto code_of = [](const auto& failure) {
@@ -186,6 +114,108 @@ TEST(ProbeSentence, SaysWhatIsHitAndWhetherAllAgree) {
     EXPECT_EQ(probe_sentence(hit, no_hit(), other, 10),
               "DIFFERENT: the image has triangle 46629 at t 0x1p+2, the ray alone nothing, brute "
               "force triangle 7 at t 0x1p+2");
+}
+
+/// The exit code of a child that runs `body`; the child exits with body's result.
+int code_of_child(const std::function<int()>& body) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(body());
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(Interrupt, FirstSignalIsNotedAndTheSecondOneEndsTheProcess) {
+    EXPECT_EQ(code_of_child([] {
+                  handle_signals();
+                  ::raise(SIGTERM);
+                  return interrupted() ? 128 + interrupt_signal() : 1;
+              }),
+              143);
+    EXPECT_EQ(code_of_child([] {
+                  handle_signals();
+                  ::raise(SIGTERM);
+                  ::raise(SIGINT);
+                  return 1;
+              }),
+              130);
+}
+
+TEST(Interrupt, LeavesAnIgnoredSignalIgnored) {
+    EXPECT_EQ(code_of_child([] {
+                  ::signal(SIGHUP, SIG_IGN);
+                  handle_signals();
+                  ::raise(SIGHUP);
+                  return interrupted() ? 1 : 0;
+              }),
+              0);
+}
+
+using Frames = std::vector<double>;
+
+TEST(FrameRange, ReadsNumbersAndRanges) {
+    EXPECT_EQ(parse_frame_range("7"), Frames{7});
+    EXPECT_EQ(parse_frame_range("2.5"), Frames{2.5});
+    EXPECT_EQ(parse_frame_range("0..3"), (Frames{0, 1, 2, 3}));
+    EXPECT_EQ(parse_frame_range("5..5"), Frames{5});
+    EXPECT_EQ(parse_frame_range("-1..1"), (Frames{-1, 0, 1}));
+    EXPECT_EQ(parse_frame_range("0..1:0.25"), (Frames{0, 0.25, 0.5, 0.75, 1}));
+    EXPECT_EQ(parse_frame_range("1.5..2.:.25"), (Frames{1.5, 1.75, 2}));
+    EXPECT_EQ(parse_frame_range("0..5:2"), (Frames{0, 2, 4}));
+}
+
+TEST(FrameRange, ReadsListsOfThem) {
+    EXPECT_EQ(parse_frame_range("0,7,20"), (Frames{0, 7, 20}));
+    EXPECT_EQ(parse_frame_range("0..8:4,20"), (Frames{0, 4, 8, 20}));
+    EXPECT_EQ(parse_frame_range("-1.5,0..1,1.25,2..3:0.5"), (Frames{-1.5, 0, 1, 1.25, 2, 2.5, 3}));
+    // A range ends with its last frame, which need not be B.
+    EXPECT_EQ(parse_frame_range("0..5:2,5"), (Frames{0, 2, 4, 5}));
+}
+
+TEST(FrameRange, RefusesListsThatDoNotIncrease) {
+    for (const char* text : {"7,0", "0,0", "0..8:4,8", "0..8,3..12", "1,2,1", "0..0.3:0.1,0.3"}) {
+        EXPECT_EQ(test::kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;
+    }
+    EXPECT_EQ(
+        test::message_of([] { parse_frame_range("0..8:4,20,7"); }),
+        "frames '0..8:4,20,7': 7 does not come after 20; they must increase; write A, A..B or "
+        "A..B:STEP, such as 0..20:0.5, or several of them with commas, such as 0,7,20");
+}
+
+TEST(FrameRange, DoesNotDrift) {
+    const Frames frames = parse_frame_range("0..1000:0.1");
+    ASSERT_EQ(frames.size(), 10001u);
+    for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
+        EXPECT_EQ(frames[i], static_cast<double>(i) * 0.1);
+    }
+    EXPECT_EQ(frames.back(), 1000);
+}
+
+TEST(FrameRange, IncludesTheLastFrameWhenItIsHit) {
+    EXPECT_EQ(parse_frame_range("0..0.3:0.1").back(), 0.3);
+    EXPECT_EQ(parse_frame_range("0..0.3:0.1").size(), 4u);
+    EXPECT_EQ(parse_frame_range("0..20:0.25").size(), 81u);
+    EXPECT_EQ(parse_frame_range("0..0.29:0.1").size(), 3u);
+}
+
+TEST(FrameRange, RefusesEverythingElse) {
+    for (const char* text :
+         {"",         "..",     "1..",      "..5",        "5..4",      "0..5:0",
+          "0..5:-1",  "0..5:",  "0..5:1:2", "nan",        "nan..5",    "0..nan",
+          "0..5:nan", "0..inf", "inf",      "0..5:inf",   "1e400",     "a",
+          "a..b",     "0-5",    "0;5",      "0,",         ",5",        "0,,5",
+          "0, 5",     "0,all",  "0..5,5",   " 1",         "1 ",        "0...",
+          "0....5",   "1:2",    "0x1",      "0..1000000", "0..1:1e-7", "0..1:1e-320"}) {
+        EXPECT_EQ(test::kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;
+    }
+}
+
+TEST(FrameRange, AcceptsAMillionFrames) {
+    EXPECT_EQ(parse_frame_range("1..1000000").size(), kMaxFrames);
+    EXPECT_EQ(parse_frame_range("0,2..1000000").size(), kMaxFrames);
+    EXPECT_EQ(test::kind_of([] { parse_frame_range("0..999999,2000000"); }),
+              ErrorKind::kBadArgument);
+    EXPECT_EQ(test::kind_of([] { parse_frame_range("-1,0..999999"); }), ErrorKind::kBadArgument);
 }
 
 }  // namespace

@@ -49,8 +49,7 @@ int input_of(const std::string& text) {
     return ::fileno(file);
 }
 
-[[noreturn]] void become_program(const std::vector<std::string>& arguments,
-                                 const Surroundings& surroundings) {
+[[noreturn]] void become_program(const Words& arguments, const Surroundings& surroundings) {
     apply(surroundings);
     std::vector<char*> argv;
     std::string program = MORPHRAY_PROGRAM;
@@ -95,7 +94,7 @@ bool open_terminal(int (&ends)[2]) {
 
 }  // namespace
 
-Started::Started(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
+Started::Started(const Words& arguments, const Surroundings& surroundings) {
     int out[2];
     int err[2];
     if (::pipe2(out, O_CLOEXEC) != 0) std::abort();
@@ -143,14 +142,6 @@ std::string Started::wait_for(int fd, std::string& text, const std::string& patt
     }
 }
 
-std::string Started::wait_for_out(const std::string& pattern) {
-    return wait_for(out_, outcome_.out, pattern);
-}
-
-std::string Started::wait_for_err(const std::string& pattern) {
-    return wait_for(err_, outcome_.err, pattern);
-}
-
 void Started::send(int signal) { ::kill(pid_, signal); }
 
 Outcome Started::wait() {
@@ -162,18 +153,25 @@ Outcome Started::wait() {
     return outcome;
 }
 
-Outcome run(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
+Words words(const std::string& line, const Words& more) {
+    std::istringstream in(line);
+    Words all{std::istream_iterator<std::string>(in), {}};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+Outcome run(const Words& arguments, const Surroundings& surroundings) {
     return Started(arguments, surroundings).wait();
 }
 
-std::vector<std::string> lines(const std::string& text) {
+Words lines(const std::string& text) {
     std::istringstream in(text);
-    std::vector<std::string> result;
+    Words result;
     for (std::string line; std::getline(in, line);) result.push_back(line);
     return result;
 }
 
-std::vector<std::string> source_of(const std::filesystem::path& png) {
+Words source_of(const std::filesystem::path& png) {
     const std::string bytes = read_file(png);
     const std::string chunk("iTXtSource\0\0\0\0\0morphray ", 24);
     const std::size_t at = bytes.find(chunk);
@@ -182,8 +180,7 @@ std::vector<std::string> source_of(const std::filesystem::path& png) {
     std::size_t size = 0;
     for (std::size_t i = at - 4; i < at; ++i)
         size = size << 8 | static_cast<unsigned char>(bytes[i]);
-    std::istringstream text(bytes.substr(at + chunk.size(), at + 4 + size - at - chunk.size()));
-    return {std::istream_iterator<std::string>(text), {}};
+    return words(bytes.substr(at + chunk.size(), size + 4 - chunk.size()));
 }
 
 }  // namespace mray::test

@@ -8,8 +8,14 @@
 #include <vector>
 
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text.h"
 
 namespace mray::test {
+
+using Words = std::vector<std::string>;
+
+/// The words of a line, and more of them.
+Words words(const std::string& line, const Words& more = {});
 
 struct Outcome {
     /// The exit code, or 128 + the signal that ended it.
@@ -22,7 +28,7 @@ struct Outcome {
 struct Surroundings {
     std::string input = {};
     /// NAME=value, or NAME alone to remove it.
-    std::vector<std::string> environment = {};
+    Words environment = {};
     std::filesystem::path folder = {};
     /// The file that stdout is redirected to; empty to capture it.
     std::string stdout_to = {};
@@ -32,13 +38,12 @@ struct Surroundings {
 };
 
 /// Runs to the end; a run of more than 300 s is killed and fails the test.
-Outcome run(const std::vector<std::string>& arguments, const Surroundings& surroundings = {});
+Outcome run(const Words& arguments, const Surroundings& surroundings = {});
 
 /// A run in progress.
 class Started {
 public:
-    explicit Started(const std::vector<std::string>& arguments,
-                     const Surroundings& surroundings = {});
+    explicit Started(const Words& arguments, const Surroundings& surroundings = {});
     ~Started();
     Started(const Started&) = delete;
     Started& operator=(const Started&) = delete;
@@ -46,8 +51,12 @@ public:
     void send(int signal);
     /// Reads until stdout or stderr has a match, and returns it. Fails the test after 300 s, or if
     /// the program ends before.
-    std::string wait_for_out(const std::string& pattern);
-    std::string wait_for_err(const std::string& pattern);
+    std::string wait_for_out(const std::string& pattern) {
+        return wait_for(out_, outcome_.out, pattern);
+    }
+    std::string wait_for_err(const std::string& pattern) {
+        return wait_for(err_, outcome_.err, pattern);
+    }
     Outcome wait();
 
 private:
@@ -61,9 +70,9 @@ private:
 };
 
 /// Lines of a text, without their ends.
-std::vector<std::string> lines(const std::string& text);
+Words lines(const std::string& text);
 
 /// The words of the command in a PNG file's text Source, without the program's name.
-std::vector<std::string> source_of(const std::filesystem::path& png);
+Words source_of(const std::filesystem::path& png);
 
 }  // namespace mray::test

@@ -1,12 +1,14 @@
-// profile and info: results that are known beforehand, and reports that can be parsed.
+// probe, profile, info and policies of updates: known results, and reports that can be parsed.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
@@ -15,11 +17,6 @@ namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
-
-TEST(Probe, FrameOutsideTheAnimationIsRefused) {
-    EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "25", "--pixel", "0,0"}).code, 2);
-    EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "nan", "--pixel", "0,0"}).code, 2);
-}
 
 TEST(Probe, GivesTheSameResultOnEveryBackend) {
     const TemporaryFolder folder;
@@ -34,8 +31,8 @@ TEST(Probe, GivesTheSameResultOnEveryBackend) {
     for (const char* backend : {"cpu", "brute"}) {
         const std::string hit = probe(backend, "16,16");
         EXPECT_TRUE(hit.starts_with("triangle 0, 5 away; all agree\n")) << hit;
-        EXPECT_NE(hit.find("secondary rays        0 occluded in the image\n"), std::string::npos);
-        EXPECT_NE(hit.find("  15   org "), std::string::npos) << hit;
+        EXPECT_TRUE(has(hit, "secondary rays        0 occluded in the image\n"));
+        EXPECT_TRUE(has(hit, "  15   org "));
         EXPECT_TRUE(std::regex_search(hit, std::regex("fails\n +0  wins( +[-0-9a-fx.p+]+){4} *\n")))
             << hit;
         const std::string miss = probe(backend, "0,0");
@@ -46,19 +43,15 @@ TEST(Probe, GivesTheSameResultOnEveryBackend) {
 
 TEST(Frames, TreeIsNotBuiltOutsideTheAnimation) {
     const TemporaryFolder folder;
-    using Line = std::vector<std::string>;
-    for (Line line : {Line{"render"}, Line{"profile"}, Line{"profile", "--policies", "refit"},
-                      Line{"probe", "--frame", "0", "--pixel", "0,0"}}) {
-        line.insert(line.begin() + 1, "builtin:cloth:500");
-        line.insert(line.end(), {"--backend", "cpu", "--size", "8x8", "--build-at"});
-        for (const char* const frame : {"25", "-5"}) {
-            line.emplace_back(frame);
-            const Outcome outcome = run(line, {.folder = folder.path()});
+    for (const std::string command :
+         {"render", "profile", "profile --policies refit", "probe --frame 0 --pixel 0,0"}) {
+        for (const std::string frame : {"25", "-5"}) {
+            const Outcome outcome = run(
+                words(command + " builtin:cloth:500 --backend cpu --size 8x8 --build-at " + frame),
+                {.folder = folder.path()});
             EXPECT_EQ(outcome.code, 2) << outcome.err;
-            EXPECT_EQ(outcome.err, fmt::format("morphray: --build-at: frame {} is not in the "
-                                               "scene, which has 0 to 24\n",
-                                               frame));
-            line.pop_back();
+            EXPECT_EQ(outcome.err, "morphray: --build-at: frame " + frame +
+                                       " is not in the scene, which has 0 to 24\n");
         }
     }
     EXPECT_TRUE(folder.names().empty());
@@ -85,15 +78,14 @@ TEST(Profile, MeasuresEveryFrame) {
 }
 
 TEST(Profile, SaysWhatARefitIsWorthAndCsvHasARowAFrame) {
-    const std::vector<std::string> line = {
-        "profile", "builtin:cloth:500", "--backend", "cpu",      "--size",
-        "16x16",   "--repeat",          "1",         "--frames", "0..1"};
+    const Words line = {"profile", "builtin:cloth:500", "--backend", "cpu",      "--size",
+                        "16x16",   "--repeat",          "1",         "--frames", "0..1"};
     const Outcome text = run(line);
     ASSERT_EQ(text.code, 0) << text.err;
     EXPECT_TRUE(text.out.starts_with("refit ")) << text.out;
     EXPECT_TRUE(lines(text.out).back().starts_with("all    cpu ")) << text.out;
     for (const std::string& row : lines(text.out)) EXPECT_LE(row.size(), 80u) << row;
-    std::vector<std::string> with_csv = line;
+    Words with_csv = line;
     with_csv.insert(with_csv.end(), {"--csv", "-"});
     const auto rows = lines(run(with_csv).out);
     ASSERT_EQ(rows.size(), 3u);
@@ -119,6 +111,95 @@ TEST(Info, CountsTrianglesAndVertices) {
     EXPECT_EQ(json["bounds"]["lower"], (Json{1, -1, 0}));
     EXPECT_EQ(json["bounds"]["upper"], (Json{9, 9, 9}));
     EXPECT_EQ(json["tree"]["nodes"], 1);
+}
+
+TEST(Policies, RenderReportsEachUpdateAndItsReason) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run(words("render builtin:orbits:800 --backend cpu --size 48x48 --frames 0..12:2 "
+                  "--update every:3 -v --json - --out " +
+                  folder.file("out")));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    Words updates;
+    for (const Json& frame : report["frames"]) {
+        updates.push_back(frame["update"]);
+        EXPECT_FALSE(frame["reason"].get<std::string>().empty());
+    }
+    EXPECT_EQ(updates, (Words{"build", "refit", "refit", "rebuild", "refit", "refit", "rebuild"}));
+    EXPECT_TRUE(has(outcome.err, "frame 6: rebuild, asked for"));
+}
+
+Words compare(const Words& more) {
+    return words(
+        "profile builtin:orbits:600 --policies refit,rebuild,auto --backend cpu "
+        "--size 48x48 --frames 0..20:4 --repeat 2",
+        more);
+}
+
+TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
+    const Outcome outcome = run(compare({"--json", "-"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    EXPECT_EQ(report["command"], "profile");
+    ASSERT_EQ(report["policies"].size(), 3u);
+    for (const Json& policy : report["policies"]) {
+        std::set<std::string> keys;
+        for (const auto& [key, value] : policy.items()) keys.insert(key);
+        EXPECT_EQ(keys, (std::set<std::string>{"policy", "backend", "total_ms", "median_frame_ms",
+                                               "worst_frame_ms", "regret", "rebuilds", "total",
+                                               "hits_hashes"}));
+        EXPECT_GT(policy["total"]["least_ms"], 0);
+        EXPECT_LE(policy["total"]["least_ms"], policy["total"]["median_ms"]);
+        EXPECT_GE(policy["total"]["spread_percent"], 0);
+        EXPECT_GT(policy["total_ms"], 0);
+        EXPECT_GE(policy["regret"], 0);
+        EXPECT_GE(policy["worst_frame_ms"], policy["median_frame_ms"]);
+        EXPECT_EQ(policy["hits_hashes"].size(), 6u);
+        EXPECT_EQ(policy["hits_hashes"], report["policies"][0]["hits_hashes"]);
+    }
+    EXPECT_EQ(report["policies"][0]["rebuilds"], 0);
+    EXPECT_EQ(report["policies"][1]["rebuilds"], 5);
+    // The least total is that of one of the policies.
+    std::set<double> regrets;
+    for (const Json& policy : report["policies"]) regrets.insert(policy["regret"].get<double>());
+    EXPECT_EQ(*regrets.begin(), 0);
+}
+
+TEST(ProfilePolicies, TextHasTheFiguresOfAllRoundsAndCsvEveryFrame) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(compare({"--csv", folder.file("frames.csv")}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Words text = lines(outcome.out);
+    ASSERT_EQ(text.size(), 8u) << outcome.out;
+    EXPECT_TRUE(text[0].starts_with("quickest: ")) << text[0];
+    EXPECT_TRUE(text[2].starts_with("times in ms of 2 rounds; ")) << text[2];
+    const char* const rows[] = {"refit  ", "rebuild  ", "auto  "};
+    for (std::size_t i = 0; i < std::size(rows); ++i)
+        EXPECT_TRUE(text[5 + i].starts_with(rows[i])) << text[5 + i];
+    for (const std::string& line : text) EXPECT_LE(line.size(), 80u) << line;
+    EXPECT_EQ(lines(read_file(folder.file("frames.csv"))).size(), 1u + 18u);
+}
+
+TEST(ProfilePolicies, PlotNeedsAnEndingAndPolicies) {
+    EXPECT_EQ(run(compare({"--plot", "chart.jpg"})).code, 2);
+    EXPECT_EQ(run({"profile", "builtin:cloth:500", "--plot", "chart.svg"}).code, 2);
+}
+
+TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run(compare({"--plot", folder.file("chart.svg")}), {.environment = {"PATH=/nowhere"}});
+    EXPECT_EQ(outcome.code, 4);
+    EXPECT_TRUE(has(outcome.err, "gnuplot"));
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(ProfilePolicies, PlotIsAnImage) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(compare({"--plot", folder.file("chart.svg")}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_TRUE(has(read_file(folder.file("chart.svg")), "<svg"));
 }
 
 }  // namespace

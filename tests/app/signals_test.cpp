@@ -1,22 +1,16 @@
-// SIGINT and SIGTERM in the middle of a render.
+// Long runs: signals, the line of progress on a terminal, and rows of tables as they are made.
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <thread>
+
+#include <nlohmann/json.hpp>
 
 #include "tests/app/program.h"
 
 namespace mray::test {
 namespace {
-
-// Brute force over a few thousand triangles: a fraction of a second a frame, more than a minute in
-// all.
-std::vector<std::string> long_render(const std::string& out) {
-    return {"render", "builtin:cloth:4000", "--backend",     "brute", "--size", "96x96", "--rays",
-            "shadow", "--frames",           "0..24:0.03125", "--out", out};
-}
 
 void wait_for(const std::filesystem::path& file) {
     for (int i = 0; i < 3000 && !std::filesystem::exists(file); ++i) {
@@ -25,33 +19,14 @@ void wait_for(const std::filesystem::path& file) {
     ASSERT_TRUE(std::filesystem::exists(file)) << file;
 }
 
-// Every file is a whole PNG: signature first, IEND last.
-void expect_whole_images_only(const TemporaryFolder& folder) {
-    for (const std::string& name : folder.names()) {
-        if (name == "out") continue;
-        const std::string png = read_file(folder.path() / name);
-        EXPECT_TRUE(name.starts_with("out/frame_") && name.ends_with(".png")) << name;
-        EXPECT_TRUE(png.starts_with("\x89PNG")) << name;
-        EXPECT_EQ(png.find("IEND"), png.size() - 8) << name;
-    }
-}
-
-/// One frame takes minutes.
-std::vector<std::string> long_frame(const std::string& out) {
-    return {"render",    "builtin:cloth:20000",
-            "--backend", "brute",
-            "--size",    "4096x4096",
-            "--rays",    "shadow",
-            "--frames",  "0",
-            "--out",     out};
-}
-
 TEST(Signals, InterruptKeepsWholeFramesOnly) {
     TemporaryFolder folder;
     const TemporaryFolder reports;
-    std::vector<std::string> line = long_render(folder.file("out"));
-    line.insert(line.end(), {"--json", reports.file("r.json")});
-    Started render(line);
+    // A fraction of a second a frame, more than a minute in all.
+    Started render(
+        words("render builtin:cloth:4000 --backend brute --size 96x96 --rays shadow "
+              "--frames 0..24:0.03125 --out " +
+              folder.file("out") + " --json " + reports.file("r.json")));
     wait_for(folder.path() / "out/frame_0000.00000.png");
     render.send(SIGINT);
     const Outcome outcome = render.wait();
@@ -65,18 +40,94 @@ TEST(Signals, InterruptKeepsWholeFramesOnly) {
         EXPECT_TRUE(std::filesystem::exists(folder.path() / "out" / std::string(frame["file"])));
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0024.00000.png"));
-    expect_whole_images_only(folder);
+    // Every file is a whole PNG: signature first, IEND last.
+    for (const std::string& name : folder.names()) {
+        if (name == "out") continue;
+        const std::string png = read_file(folder.path() / name);
+        EXPECT_TRUE(name.starts_with("out/frame_") && name.ends_with(".png")) << name;
+        EXPECT_TRUE(png.starts_with("\x89PNG")) << name;
+        EXPECT_EQ(png.find("IEND"), png.size() - 8) << name;
+    }
 }
 
 TEST(Signals, InterruptEndsWithinAFrameWithoutAnImage) {
     for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}}) {
         TemporaryFolder folder;
-        Started render(long_frame(folder.file("out")));
+        // The frame takes minutes.
+        Started render(
+            words("render builtin:cloth:20000 --backend brute --size 4096x4096 --rays shadow "
+                  "--frames 0 --out " +
+                  folder.file("out")));
         wait_for(folder.path() / "out");
         std::this_thread::sleep_for(std::chrono::milliseconds(500));
         render.send(signal);
         EXPECT_EQ(render.wait().code, code);
         EXPECT_TRUE(std::filesystem::is_empty(folder.path() / "out"));
+    }
+}
+
+constexpr const char* kClearLine = "\r\x1b[K";
+
+TEST(LiveLine, ShowsTheStepAndIsClearedBeforeTheMessage) {
+    const TemporaryFolder folder;
+    // Each takes long enough to be seen at work, on any machine.
+    for (const auto& [command, line] :
+         {std::pair("render builtin:cloth:20000 --backend brute --size 1024x1024 --rays shadow "
+                    "--frames 3..24 --out ",
+                    R"(rendering \d+/22  frame \d+, \d+%, \d\d:\d\d:\d\d to go)"),
+          {"render builtin:soup:4000000 --threads 1 --size 8x8 --frame 0 --out ",
+           R"(rendering 0/1  tree)"}}) {
+        Started started(words(command + folder.file("out")),
+                        {.environment = {"TERM=xterm", "NO_COLOR=1"}, .on_terminal = true});
+        started.wait_for_err(line);
+        started.send(SIGTERM);
+        const Outcome outcome = started.wait();
+        EXPECT_EQ(outcome.code, 143) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+        // A single line at the end, of which nothing is left but the message.
+        const std::size_t cleared = outcome.err.rfind(kClearLine);
+        ASSERT_NE(cleared, std::string::npos);
+        const std::string message = outcome.err.substr(cleared + 4);
+        EXPECT_TRUE(message.starts_with("morphray: terminated; ")) << outcome.err;
+        EXPECT_EQ(message.find('\n'), message.size() - 1) << message;
+        EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    }
+}
+
+TEST(Rows, AreWrittenAsFramesAreMade) {
+    const TemporaryFolder folder;
+    const std::string out = folder.file("out");
+    // A fraction of a second a frame, and many frames.
+    Started render({"render", "builtin:cloth:20000", "--backend", "brute", "--size", "128x128",
+                    "--rays", "shadow", "--frames", "0,3..24", "--out", out});
+    render.wait_for_out(R"(\n +3 .*\n)");
+    render.send(SIGINT);
+    const Outcome outcome = render.wait();
+    EXPECT_EQ(outcome.code, 130);
+    const Words rows = lines(outcome.out);
+    ASSERT_GE(rows.size(), 3u) << outcome.out;
+    EXPECT_TRUE(rows[0].starts_with("frame  tree ")) << rows[0];
+    EXPECT_TRUE(rows[1].starts_with("    0  build")) << rows[1];
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(out))
+        files += entry.path().extension() == ".png" ? 1 : 0;
+    // Each row is of a file that is there, and no file lacks one.
+    EXPECT_EQ(files, rows.size() - 1);
+    for (std::size_t i = 1; i < rows.size(); ++i)
+        EXPECT_TRUE(std::filesystem::exists(rows[i].substr(rows[i].find(out)))) << rows[i];
+    EXPECT_EQ(outcome.err, "morphray: interrupted; finished results are kept\n");
+}
+
+TEST(Rows, OfProfileEndNoReportIfTheyCannotBePrinted) {
+    for (const char* policies : {"", "--policies refit"}) {
+        const TemporaryFolder folder;
+        const Outcome outcome =
+            run(words("profile builtin:cloth:500 --backend cpu --size 8x8 --frames 0..1 --repeat 1 "
+                      "--json " +
+                      folder.file("profile.json ") + policies),
+                {.stdout_to = "/dev/full"});
+        EXPECT_EQ(outcome.code, 5) << outcome.err;
+        EXPECT_TRUE(std::filesystem::exists(folder.file("profile.json")));
     }
 }
 

@@ -1,10 +1,10 @@
-// Messages about command lines that are refused.
+// Messages about command lines that are refused, the help of every command, and its examples.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
-#include <sstream>
+#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,20 +15,17 @@ namespace mray::test {
 namespace {
 
 // Fails with this code and one line on stderr that holds the text; nothing on stdout.
-void expect_refused(const std::vector<std::string>& arguments, int code, const std::string& text) {
+void expect_refused(const Words& arguments, int code, const std::string& text) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, code) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
-    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+    EXPECT_TRUE(has(outcome.err, text));
 }
 
-std::vector<std::string> small_render(std::vector<std::string> more) {
+Words small_render(const Words& more) {
     // The folder cannot be made: a test that got as far as writing would fail with 5.
-    std::vector<std::string> all = {"render", "builtin:cloth:500", "--backend", "cpu",
-                                    "--out",  "/dev/null/out"};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+    return words("render builtin:cloth:500 --backend cpu --out /dev/null/out", more);
 }
 
 TEST(Usage, MissingArgumentsAndValuesAreNamed) {
@@ -62,6 +59,7 @@ TEST(Usage, MoreThanOneOfASingleThingIsRefused) {
 }
 
 TEST(Usage, NumbersOutOfRangeAreRefused) {
+    expect_refused({"crosscheck", "builtin:cloth:400", "--backend", "brute"}, 2, "brute");
     for (const char* value : {"0", "-1", "1025", "nan", "1e3", "", "99999999999999999999999"})
         expect_refused(small_render({"--threads", value}), 2, "--threads");
     for (const char* value : {"0x64", "-1x64", "64", "64x64x64", "nanxnan"})
@@ -72,15 +70,21 @@ TEST(Usage, NumbersOutOfRangeAreRefused) {
         expect_refused(
             {"probe", "builtin:cloth:500", "--frame", "0", "--size", "32x16", "--pixel", value}, 2,
             "--pixel");
+    for (const char* value : {"25", "nan"})
+        expect_refused(words("probe builtin:cloth:500 --pixel 0,0 --frame", {value}), 2, "--frame");
+    for (const char* value : {"every:0", "atuo"})
+        expect_refused(small_render({"--update", value}), 2, "--update");
+    for (const char* value : {"refit,", ",", "refit auto"})
+        expect_refused({"profile", "builtin:cloth:500", "--policies", value}, 2, "--policies");
     expect_refused(small_render({"--size", "65537x1"}), 6, "65536");
     expect_refused(small_render({"--size", "65536x65536"}), 6, "smaller");
 }
 
 TEST(Usage, ImpossibleCamerasAndFramesMakeNoFolder) {
     const TemporaryFolder folder;
-    const auto refused = [&](std::vector<std::string> more, int code, const std::string& text) {
+    const auto refused = [&](Words more, int code, const std::string& text) {
         more.insert(more.begin(), {"render", "builtin:cloth:500", "--backend", "cpu", "--out",
-                                   folder.file("out")});
+                                   folder.file("a/b/out")});
         expect_refused(more, code, text);
         EXPECT_TRUE(folder.names().empty());
     };
@@ -94,11 +98,7 @@ TEST(Usage, ImpossibleCamerasAndFramesMakeNoFolder) {
 TEST(Usage, ImagesOfOtherKindsAreRefusedAndMakeNoFolder) {
     const TemporaryFolder folder;
     const auto render_to = [&](const std::string& out) {
-        return std::vector<std::string>{"render",    "builtin:cloth:500",
-                                        "--frame",   "0",
-                                        "--backend", "cpu",
-                                        "--size",    "8x8",
-                                        "--out",     out};
+        return words("render builtin:cloth:500 --frame 0 --backend cpu --size 8x8 --out " + out);
     };
     for (const char* name : {"x.jpg", "x.exr"})
         expect_refused(render_to(folder.file(name)), 2, ".png file");
@@ -124,6 +124,112 @@ TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {
     EXPECT_EQ(outcome.code, 3);
     EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
     EXPECT_EQ(lines(outcome.err).size(), 1u);
+}
+
+Words commands() {
+    Words names;
+    bool listed = false;
+    for (const std::string& line : lines(run({"help"}).out)) {
+        if (line == "Commands:")
+            listed = true;
+        else if (line.empty())
+            listed = false;
+        else if (listed && line[2] != ' ')
+            names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    }
+    return names;
+}
+
+std::string help_of(const std::string& command) { return run({"help", command}).out; }
+
+Words examples_of(const std::string& command) {
+    Words examples;
+    bool listed = false;
+    for (const std::string& line : lines(help_of(command))) {
+        if (listed) examples.push_back(line.substr(2));
+        listed = listed || line == "Examples:";
+    }
+    return examples;
+}
+
+/// The line with a small scene and image, and with what this build has. Words of files stay.
+std::string small(std::string line) {
+    line = std::regex_replace(line, std::regex("(builtin:[a-z]+)( |$)"), "$1:300$2");
+    line = std::regex_replace(line, std::regex("--pixel [0-9,]+"), "--pixel 20,20 --size 40x40");
+    // A window that ends by itself.
+    line = std::regex_replace(line, std::regex(" --play"), " --play --screenshot played.png");
+    if (std::regex_search(line, std::regex("morphray (render|profile|crosscheck) ")))
+        line += " --size 40x30";
+#ifndef MORPHRAY_HAS_VULKAN
+    if (line.find("--backend") == std::string::npos &&
+        std::regex_search(line, std::regex("morphray (profile|crosscheck) ")))
+        line += " --backend cpu";
+#endif
+    return line;
+}
+
+/// Runs `morphray ...` or `echo ... | morphray ...`.
+Outcome run_line(const std::string& line, const std::filesystem::path& folder) {
+    const std::string echo = "echo ";
+    const std::size_t pipe = line.find(" | ");
+    Surroundings surroundings{.folder = folder};
+    if (pipe != std::string::npos)
+        surroundings.input = line.substr(echo.size(), pipe - echo.size()) + '\n';
+    Words arguments = words(pipe == std::string::npos ? line : line.substr(pipe + 3));
+    EXPECT_EQ(arguments.front(), "morphray");
+    arguments.erase(arguments.begin());
+    return run(arguments, surroundings);
+}
+
+void expect_works(const std::string& command, const std::string& line,
+                  const std::filesystem::path& folder) {
+    const Outcome outcome = run_line(small(line), folder);
+#ifndef MORPHRAY_HAS_VULKAN
+    if (command == "devices") {
+        EXPECT_EQ(outcome.code, 4) << outcome.err;
+        return;
+    }
+#endif
+    if (command == "view") {
+        // Without a display, or without a window built in.
+        EXPECT_TRUE(outcome.code == 0 || outcome.code == 4) << outcome.err;
+        return;
+    }
+    if (command == "chart") {
+        EXPECT_NE(outcome.code, 0);
+        EXPECT_NE(outcome.code, 2) << outcome.err;
+        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+        return;
+    }
+    EXPECT_EQ(outcome.code, 0) << small(line) << '\n' << outcome.err;
+}
+
+TEST(Help, HasAtMostTwelveOptionsIn80ColumnsAndTheRestOnRequest) {
+    for (const std::string& command : commands()) {
+        const auto options = [&](const std::string& flag) {
+            const Words text = lines(run({command, flag}).out);
+            for (const std::string& line : text) EXPECT_LE(line.size(), 80u) << line;
+            return std::ranges::count_if(
+                text, [](const std::string& line) { return line.starts_with("  -"); });
+        };
+        EXPECT_LE(options("--help"), 12) << command;
+        if (help_of(command).find("--help-all") != std::string::npos) {
+            EXPECT_GT(options("--help-all"), options("--help")) << command;
+        }
+    }
+}
+
+TEST(Help, ExamplesWork) {
+    EXPECT_EQ(commands().size(), 11u);
+    for (const std::string& command : commands()) {
+        // Nothing but the files that the project ships, and what the lines before have written.
+        const TemporaryFolder folder;
+        std::filesystem::create_directory_symlink(SHIPPED_FILES, folder.path() / "scenes");
+        // Charts take minutes: this one is refused as soon as its line is understood.
+        if (command == "chart") folder.write("charts/file", "");
+        for (const std::string& line : examples_of(command))
+            expect_works(command, line, folder.path());
+    }
 }
 
 }  // namespace

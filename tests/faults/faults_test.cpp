@@ -34,14 +34,9 @@ thread_local bool memory_is_out = false;
 namespace mray::test {
 namespace {
 
-const std::vector<std::string> kWork = {"render",    "builtin:cloth:500",
-                                        "--backend", "cpu",
-                                        "--frames",  "0..3",
-                                        "--threads", "2",
-                                        "--size",    "32x32",
-                                        "--out",     "out",
-                                        "--hits",    "hits",
-                                        "--quiet"};
+const Words kWork = words(
+    "render builtin:cloth:500 --backend cpu --frames 0..3 --threads 2 --size 32x32 --out out "
+    "--hits hits --quiet");
 
 /// Bytes of files by their names, without what a killed process was writing.
 using Outputs = std::map<std::string, std::string>;
@@ -72,8 +67,7 @@ void expect_whole(const Outputs& outputs, const Outputs& complete) {
     }
 }
 
-Outcome run_without(int allocation, const std::vector<std::string>& command,
-                    const TemporaryFolder& folder) {
+Outcome run_without(int allocation, const Words& command, const TemporaryFolder& folder) {
     return run(command,
                {.input = "0 9 0 0 -1 0\n",
                 .environment = {"LD_PRELOAD=" FAILING_ALLOCATION,
@@ -101,17 +95,17 @@ TEST(Faults, AFailingAllocationIsALimit) {
 }
 
 TEST(Faults, AFailingAllocationOfAnyCommandIsALimit) {
-    const std::vector<std::vector<std::string>> commands = {
-        {"crosscheck", "builtin:cloth:200", "--frames", "0..1", "--size", "8x8", "--backend", "cpu",
-         "--queries", "9", "--json", "a.json", "--junit", "a.xml", "--html", "a.html", "-q"},
-        {"profile", "builtin:cloth:500", "--frames", "0..1", "--size", "8x8", "--backend", "cpu",
-         "--repeat", "1", "--json", "a.json", "-q"},
-        {"trace", "builtin:cloth:500", "--rays", "-", "--out", "a.txt", "--all"},
-        {"info", "builtin:cloth:500", "--bvh", "--json", "a.json"}};
+    const Words commands = {
+        "crosscheck builtin:cloth:200 --frames 0..1 --size 8x8 --backend cpu --queries 9 "
+        "--json a.json --junit a.xml --html a.html -q",
+        "profile builtin:cloth:500 --frames 0..1 --size 8x8 --backend cpu --repeat 1 "
+        "--json a.json -q",
+        "trace builtin:cloth:500 --rays - --out a.txt --all",
+        "info builtin:cloth:500 --bvh --json a.json"};
     for (std::size_t i = 0; i < commands.size(); ++i) {
         for (int allocation = static_cast<int>(i) * 100; allocation < 12'000; allocation += 401) {
-            SCOPED_TRACE(commands[i].front() + ' ' + std::to_string(allocation));
-            expect_limit(run_without(allocation, commands[i], TemporaryFolder()));
+            SCOPED_TRACE(commands[i] + ' ' + std::to_string(allocation));
+            expect_limit(run_without(allocation, words(commands[i]), TemporaryFolder()));
         }
     }
 }
@@ -192,8 +186,7 @@ bool try_disks() {
         EXPECT_TRUE(code == 0 || code == 5) << code << ": " << outcome.err;
         if (code != 0) {
             EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
-            EXPECT_NE(outcome.err.find("No space left on device"), std::string::npos)
-                << outcome.err;
+            EXPECT_TRUE(has(outcome.err, "No space left on device"));
         } else {
             EXPECT_EQ(outputs_of(place).size(), complete.size());
         }

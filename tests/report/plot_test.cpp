@@ -19,10 +19,10 @@ Figure figure_of(const char* kind) {
 TEST(Plot, DrawsTitlesNamesAndAPlaceForZero) {
     for (const char* kind : {"lines", "points"}) {
         const std::string svg = draw(figure_of(kind), kCsv, "svg");
-        EXPECT_NE(svg.find("<svg"), std::string::npos);
-        EXPECT_NE(svg.find("$three `four`"), std::string::npos) << kind;
-        EXPECT_NE(svg.find("b c"), std::string::npos) << kind;
-        EXPECT_NE(svg.find("none<"), std::string::npos) << kind;
+        EXPECT_TRUE(test::has(svg, "<svg"));
+        EXPECT_TRUE(test::has(svg, "$three `four`")) << kind;
+        EXPECT_TRUE(test::has(svg, "b c")) << kind;
+        EXPECT_TRUE(test::has(svg, "none<")) << kind;
         EXPECT_EQ(draw(figure_of(kind), kCsv, "png").substr(1, 3), "PNG");
     }
 }

@@ -1,7 +1,6 @@
-// Files of reports by users of other tools: which triangles and colours they have.
-#include <gtest/gtest.h>
-
+// Files of reports by users of other tools: their triangles, what these cover, and their colours.
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
@@ -10,35 +9,24 @@
 #include <utility>
 #include <vector>
 
-#include "scenes/animation.h"
-#include "scenes/mesh/mesh_file.h"
+#include <glm/geometric.hpp>
+
+#include "tests/scenes/opened_scene.h"
 #include "tests/scenes/ply/ply_files.h"
-#include "tests/support/temporary_folder.h"
 
 namespace mray::test {
 namespace {
 
 constexpr Albedo kRed = 0x0000FF;
 
-struct Opened {
-    std::unique_ptr<Animation> animation;
-    std::vector<std::string> warnings;
+struct Opened : OpenedScene {
+    Opened(const TemporaryFolder& folder, const char* name, const std::string& bytes)
+        : OpenedScene(folder.write(name, bytes)) {}
 
-    const std::vector<uvec3>& triangles() const { return animation->topology().triangles; }
-    const std::vector<Albedo>& albedo() const { return animation->topology().albedo; }
+    const std::vector<uvec3>& triangles() const { return topology().triangles; }
+    const std::vector<Albedo>& albedo() const { return topology().albedo; }
+    std::string all_warnings() const { return fmt::format("{}", fmt::join(warnings, "\n")); }
 };
-
-Opened open(const TemporaryFolder& folder, const char* name, const std::string& bytes) {
-    Opened opened;
-    const std::string path = folder.write(name, bytes).native();
-    opened.animation = open_scene(
-        path, {.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); }});
-    return opened;
-}
-/// All warnings.
-std::string text(const Opened& opened) {
-    return fmt::format("{}", fmt::join(opened.warnings, "\n"));
-}
 
 const std::vector<std::vector<double>> kPoints = {{0, 0, 0},  {1, 0, 0},  {0, 1, 0},  {1, 1, 0},
                                                   {2, 0, -1}, {3, 0, -1}, {2, 1, -1}, {3, 1, -1}};
@@ -51,18 +39,18 @@ TEST(FileReports, Assimp6296StripsOfPlyFilesAreTriangles) {
     for (const PlyEncoding encoding : kPlyEncodings) {
         SCOPED_TRACE(ply_format(encoding));
         const PlyItems points = ply_vertices(kPoints);
-        const Opened both = open(folder, "a.ply", ply(encoding, {points, strips}));
+        const Opened both(folder, "a.ply", ply(encoding, {points, strips}));
         EXPECT_EQ(both.triangles(),
                   (std::vector<uvec3>{{0, 1, 2}, {2, 1, 3}, second[0], second[1]}));
-        EXPECT_TRUE(both.warnings.empty()) << text(both);
+        EXPECT_TRUE(both.warnings.empty()) << both.all_warnings();
         // A strip beside a face, with a triangle without area.
         const PlyItems strip = {"tristrips",
                                 {"uchar flags", "list uint short vertex_indices"},
                                 {{7, 9, -1, -1, 4, 5, 6, 7, 7, -1, -1}}};
         const PlyItems face = ply_faces({{3, 0, 1, 2}});
-        EXPECT_EQ(open(folder, "b.ply", ply(encoding, {points, face, strip})).triangles(),
+        EXPECT_EQ(Opened(folder, "b.ply", ply(encoding, {points, face, strip})).triangles(),
                   (std::vector<uvec3>{{0, 1, 2}, second[0], second[1], {6, 7, 7}}));
-        EXPECT_EQ(open(folder, "c.ply", ply(encoding, {strip, points, face})).triangles().size(),
+        EXPECT_EQ(Opened(folder, "c.ply", ply(encoding, {strip, points, face})).triangles().size(),
                   4u);
     }
 }
@@ -85,7 +73,7 @@ TEST(FileReports, Assimp669ColoursOfPlyFilesInEverySpelling) {
     // (128 / 255)^2 * 255 and (64 / 255)^2 * 255.
     const std::vector<Albedo> right(2, 64u | 16u << 8);
     const auto colours = [&](const std::string& bytes) {
-        const Opened opened = open(folder, "a.ply", bytes);
+        const Opened opened(folder, "a.ply", bytes);
         EXPECT_EQ(opened.triangles().size(), 2u);
         return opened.albedo();
     };
@@ -107,15 +95,14 @@ TEST(FileReports, Assimp669ColoursOutOfRangeAreWarnings) {
           std::tuple("int", 256.0, "a.ply:13: warning: colour 256 is not from 0 to 255; clamped"),
           std::tuple("double", std::nan(""),
                      "a.ply:13: warning: colour nan is not from 0 to 1; clamped")}) {
-        const Opened opened =
-            open(folder, "a.ply", coloured_square(type, {"red", "green", "blue"}, {value, 0, 0}));
+        const Opened opened(folder, "a.ply",
+                            coloured_square(type, {"red", "green", "blue"}, {value, 0, 0}));
         EXPECT_EQ(opened.albedo(), std::vector<Albedo>(2, std::isnan(value) ? 0 : kRed));
-        EXPECT_NE(text(opened).find(warning), std::string::npos) << text(opened);
+        EXPECT_TRUE(has(opened.all_warnings(), warning));
     }
     std::string textured = coloured_square("uchar", {"q", "r", "s"}, {0, 0, 0});
     textured.insert(textured.find("element"), "comment TextureFile a.png\n");
-    EXPECT_NE(text(open(folder, "a.ply", textured)).find("textures of PLY files"),
-              std::string::npos);
+    EXPECT_TRUE(has(Opened(folder, "a.ply", textured).all_warnings(), "textures of PLY files"));
 }
 
 /// A square with these words after the coordinates of each vertex.
@@ -125,7 +112,7 @@ std::string obj_square(const std::string& more) {
 
 TEST(FileReports, Three11422ColoursOfVerticesInObjFiles) {
     const TemporaryFolder folder;
-    const auto opened = [&](const std::string& file) { return open(folder, "a.obj", file); };
+    const auto opened = [&](const std::string& file) { return Opened(folder, "a.obj", file); };
     EXPECT_EQ(opened(obj_square(" 1 0 0")).albedo(), std::vector<Albedo>(2, kRed));
     // As in images.
     EXPECT_EQ(opened(obj_square(" 0.5 0 0")).albedo(), std::vector<Albedo>(2, 64));
@@ -140,7 +127,7 @@ TEST(FileReports, Three11422ColoursOfVerticesInObjFiles) {
           std::pair(obj_square(" 1 0 0 1"), "a.obj:1: warning: vertex of 7 numbers"),
           std::pair(obj_square(" 255 0 0"), "a.obj:1: warning: colour 255 is not from 0 to 1"),
           std::pair(obj_square("") + "#MRGB FFFF0000\n", "#MRGB has 1 colours for 4 vertices")})
-        EXPECT_NE(text(opened(file)).find(warning), std::string::npos) << text(opened(file));
+        EXPECT_TRUE(has(opened(file).all_warnings(), warning));
     // Materials decide where there are some.
     folder.write("a.mtl", "newmtl green\nKd 0 1 0\n");
     const std::string mixed = obj_square(" 1 0 0") + "mtllib a.mtl\nusemtl green\nf 1 2 3\n";
@@ -155,17 +142,54 @@ TEST(FileReports, Meshlab66NamesOfLibrariesWithBlanksAndBackslashes) {
     for (const char* names :
          {"barn wall v2.mtl", "\"barn wall v2.mtl\"", "barn\\ wall\\ v2.mtl ", ".\\lib\\one.mtl",
           "two.mtl lib/one.mtl", "two.mtl lib\\one.mtl # both", "C:\\x\\two.mtl .\\lib\\one.mtl"}) {
-        const Opened opened =
-            open(folder, "a.obj", fmt::format("mtllib {}\nusemtl paint\n", names) + obj_square(""));
+        const Opened opened(folder, "a.obj",
+                            fmt::format("mtllib {}\nusemtl paint\n", names) + obj_square(""));
         EXPECT_EQ(opened.albedo(), std::vector<Albedo>(2, kRed)) << names;
-        EXPECT_TRUE(opened.warnings.empty()) << names << ": " << text(opened);
+        EXPECT_TRUE(opened.warnings.empty()) << names << ": " << opened.all_warnings();
     }
     // What cannot be read is a warning: a triangle needs no colour.
     folder.write("bad.mtl", std::string("newmtl paint\n\0\1", 15));
-    const Opened bad = open(folder, "a.obj", "mtllib bad.mtl none.mtl\n" + obj_square(""));
+    const Opened bad(folder, "a.obj", "mtllib bad.mtl none.mtl\n" + obj_square(""));
     EXPECT_EQ(bad.warnings.size(), 1u);
-    EXPECT_NE(text(bad).find("control character 0x00"), std::string::npos) << text(bad);
-    EXPECT_NE(text(bad).find("its materials are clay (and 1 more)"), std::string::npos);
+    EXPECT_TRUE(has(bad.all_warnings(), "control character 0x00"));
+    EXPECT_TRUE(has(bad.all_warnings(), "its materials are clay (and 1 more)"));
+}
+
+struct MeasuredFaces {
+    std::vector<std::string> warnings;
+    std::size_t triangles = 0;
+    double area = 0;
+};
+
+MeasuredFaces open(const std::string& vertices_and_faces) {
+    const TemporaryFolder folder;
+    const OpenedScene scene(folder.write("polygons.obj", vertices_and_faces));
+    const std::vector<vec3> positions = scene.at(0);
+    MeasuredFaces measured{scene.warnings, scene.topology().triangles.size()};
+    for (const uvec3& t : scene.topology().triangles) {
+        const vec3 a = positions[t.x];
+        measured.area += 0.5 * glm::length(glm::cross(positions[t.y] - a, positions[t.z] - a));
+    }
+    return measured;
+}
+
+TEST(PolygonReports, Tinyobjloader386ASpikeAddsNoArea) {
+    const MeasuredFaces spike = open(
+        "v 0 0 0\nv 6 0 0\nv 6 4 0\nv 3 4 0\nv 3 7 0\nv 0 4 0\n"
+        "f 1 2 3 4 5 4 6\n");
+    EXPECT_EQ(spike.triangles, 5u);
+    EXPECT_FLOAT_EQ(static_cast<float>(spike.area), 24);
+    EXPECT_TRUE(spike.warnings.empty());
+}
+
+TEST(PolygonReports, Cjio192AFaceThatCrossesItselfIsNamedWithItsLine) {
+    const MeasuredFaces bow_ties = open(
+        "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n"
+        "f 1 2 3\nf 1 2 3 4\nf 1 3 2 4\nf 1 3 4 2\n");
+    EXPECT_EQ(bow_ties.triangles, 7u);
+    ASSERT_EQ(bow_ties.warnings.size(), 1u);
+    EXPECT_TRUE(has(bow_ties.warnings[0], "polygons.obj:7: warning: face crosses itself"));
+    EXPECT_TRUE(bow_ties.warnings[0].ends_with("(and 1 more)"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/errors.h"
+#include "tests/support/text.h"
 
 namespace mray::test {
 

@@ -1,8 +1,12 @@
-// Cross-checks of scenes whose images are equal, and the reports about them.
+// Cross-checks of scenes whose images are equal, and reports, also of those that end early.
 #include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <set>
+#include <thread>
 
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
@@ -11,25 +15,13 @@ namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
-using Words = std::vector<std::string>;
 
-Outcome crosscheck(Words more) {
-    Words all = {"crosscheck", "builtin:cloth:400", "--backend", "cpu", "--size", "24x24"};
-    all.insert(all.end(), more.begin(), more.end());
-    return run(all);
-}
-
-TEST(Crosscheck, EqualImagesGiveZero) {
-    const Outcome outcome = crosscheck({});
-    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
-    EXPECT_EQ(outcome.err, "");
-    EXPECT_TRUE(lines(outcome.out).back().starts_with("equal: ")) << outcome.out;
-    EXPECT_TRUE(outcome.out.ends_with(" comparisons of 1 scene\n")) << outcome.out;
+Outcome crosscheck(const std::string& more) {
+    return run(words("crosscheck builtin:cloth:400 --backend cpu --size 24x24 " + more));
 }
 
 TEST(Crosscheck, ComparesAllWholeFramesOnRequest) {
-    const Outcome outcome =
-        crosscheck({"--frames", "all", "--rays", "primary", "--simd", "off", "--json", "-"});
+    const Outcome outcome = crosscheck("--frames all --rays primary --simd off --json -");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json json = Json::parse(outcome.out);
     std::set<double> frames;
@@ -40,10 +32,9 @@ TEST(Crosscheck, ComparesAllWholeFramesOnRequest) {
 
 TEST(Crosscheck, AnswersToQueriesAreCompared) {
     for (const char* reference : {"brute", "cpu"}) {
-        TemporaryFolder folder;
         const Outcome outcome =
-            crosscheck({"--frames", "0..24:12", "--rays", "primary", "--queries", "60",
-                        "--reference", reference, "--json", "-"});
+            crosscheck("--frames 0..24:12 --rays primary --queries 60 --json - --reference " +
+                       std::string(reference));
         ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
         const Json json = Json::parse(outcome.out);
         // As many variants as of images.
@@ -57,7 +48,7 @@ TEST(Crosscheck, AnswersToQueriesAreCompared) {
 }
 
 TEST(Crosscheck, JsonNamesEveryVariant) {
-    const Outcome outcome = crosscheck({"--json", "-", "--frames", "0..24:12", "--simd", "off"});
+    const Outcome outcome = crosscheck("--json - --frames 0..24:12 --simd off");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["schema"], "morphray/1");
@@ -80,7 +71,7 @@ TEST(Crosscheck, JsonNamesEveryVariant) {
 TEST(Crosscheck, EveryInstructionSetIsAVariantOverBothTrees) {
     const Outcome info = run({"info"});
     const std::string listed = info.out.substr(info.out.find("cpu: "));
-    const Outcome outcome = crosscheck({"--json", "-", "--frames", "12", "--rays", "ao"});
+    const Outcome outcome = crosscheck("--json - --frames 12 --rays ao");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json json = Json::parse(outcome.out);
     std::set<std::string> variants;
@@ -88,7 +79,7 @@ TEST(Crosscheck, EveryInstructionSetIsAVariantOverBothTrees) {
         EXPECT_EQ(row["equal"], true) << row;
         variants.insert(row["variant"]);
         if (row["simd"] != "") {
-            EXPECT_NE(listed.find(row["simd"].get<std::string>()), std::string::npos) << row;
+            EXPECT_TRUE(has(listed, row["simd"].get<std::string>())) << row;
         }
     }
     EXPECT_TRUE(variants.contains("cpu, rebuild"));
@@ -99,23 +90,16 @@ TEST(Crosscheck, EveryInstructionSetIsAVariantOverBothTrees) {
 }
 
 TEST(Crosscheck, OneInstructionSetCanBeChosen) {
-    const Outcome outcome =
-        crosscheck({"--json", "-", "--frames", "3", "--rays", "shadow", "--simd", "scalar"});
+    const Outcome outcome = crosscheck("--json - --frames 3 --rays shadow --simd scalar");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(Json::parse(outcome.out)["scenes"][0]["rows"].size(), 4u);
-}
-
-TEST(Crosscheck, RaysRestrictTheRows) {
-    const Outcome outcome =
-        crosscheck({"--json", "-", "--frames", "3", "--rays", "shadow", "--simd", "off"});
-    const Json json = Json::parse(outcome.out);
-    ASSERT_EQ(json["scenes"][0]["rows"].size(), 2u);
-    EXPECT_EQ(json["scenes"][0]["rows"][0]["rays"], "shadow");
+    const Json rows = Json::parse(outcome.out)["scenes"][0]["rows"];
+    EXPECT_EQ(rows.size(), 4u);
+    EXPECT_EQ(rows[0]["rays"], "shadow");
+    EXPECT_EQ(crosscheck("--frames 0 --simd off -q").out, "");
 }
 
 TEST(Crosscheck, ReferenceCanBeChosen) {
-    const Outcome outcome =
-        crosscheck({"--json", "-", "--frames", "3", "--reference", "cpu", "--simd", "off"});
+    const Outcome outcome = crosscheck("--json - --frames 3 --reference cpu --simd off");
     const Json json = Json::parse(outcome.out);
     // The CPU over the rebuilt tree is the reference, so only the refitted one is a variant.
     ASSERT_EQ(json["scenes"][0]["rows"].size(), 3u);
@@ -123,64 +107,25 @@ TEST(Crosscheck, ReferenceCanBeChosen) {
     EXPECT_EQ(json["scenes"][0]["rows"][0]["variant"], "cpu, refit on cpu");
 }
 
-TEST(Crosscheck, JunitEscapesNames) {
-    TemporaryFolder folder;
-    folder.write("a <&\" scene/f_0.obj", square_at(0));
-    folder.write("a <&\" scene/f_1.obj", square_at(3));
-    const std::string junit = folder.file("report.xml");
-    const Outcome outcome = run({"crosscheck", folder.file("a <&\" scene"), "--backend", "cpu",
-                                 "--simd", "off", "--size", "16x16", "--junit", junit, "-q"});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    const std::string xml = read_file(junit);
-    EXPECT_NE(xml.find("a &lt;&amp;&quot; scene"), std::string::npos) << xml;
-    EXPECT_NE(xml.find("tests=\"12\" failures=\"0\""), std::string::npos) << xml;
-}
-
-TEST(Crosscheck, BadFrameInTheMiddleKeepsTheReportOfTheEarlierOnes) {
-    TemporaryFolder folder;
-    folder.write("s/f_0.obj", square_at(0));
-    folder.write("s/f_1.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n");
-    const Outcome outcome = run({"crosscheck", folder.file("s"), "--backend", "cpu", "--simd",
-                                 "off", "--size", "16x16", "--json", "-"});
-    EXPECT_EQ(outcome.code, 8) << outcome.err;
-    const Json json = Json::parse(outcome.out);
-    EXPECT_EQ(json["complete"], false);
-    EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u);
-}
-
 TEST(Crosscheck, ACameraThatSeesNothingFails) {
-    const Words away = {"--frames", "0",        "--simd",  "off",    "--eye",
-                        "0,50,0",   "--target", "1,100,0", "--json", "-"};
+    const std::string away = "--frames 0 --simd off --eye 0,50,0 --target 1,100,0 --json -";
     const Outcome outcome = crosscheck(away);
     EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_NE(outcome.err.find("no camera ray hits anything"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(has(outcome.err, "no camera ray hits anything"));
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["equal"], false);
     EXPECT_EQ(json["complete"], false);
     EXPECT_EQ(json["scenes"][0]["equal"], false);
     EXPECT_EQ(json["scenes"][0]["rows"][0]["hits"], 0);
     // Queries do not depend on the camera.
-    Words with_queries = away;
-    with_queries.insert(with_queries.end(), {"--queries", "10"});
-    EXPECT_EQ(crosscheck(with_queries).code, 0);
-}
-
-TEST(Crosscheck, NothingComparedIsNotEqual) {
-    const Outcome outcome = run({"crosscheck", "none.obj", "--backend", "cpu", "--json", "-"});
-    EXPECT_EQ(outcome.code, 3) << outcome.err;
-    const Json json = Json::parse(outcome.out);
-    EXPECT_EQ(json["equal"], false);
-    EXPECT_EQ(json["scenes"][0]["equal"], false);
+    EXPECT_EQ(crosscheck(away + " --queries 10").code, 0);
 }
 
 TEST(Crosscheck, FilesOfAPatternWithoutQuotesAreWarnedOf) {
     TemporaryFolder folder;
     const auto check = [&](const Words& scenes) {
-        Words words = {"crosscheck", "--backend", "cpu",    "--simd", "off",
-                       "--size",     "8x8",       "--json", "-"};
-        words.insert(words.end(), scenes.begin(), scenes.end());
-        const Outcome outcome = run(words);
+        const Outcome outcome =
+            run(words("crosscheck --backend cpu --simd off --size 8x8 --json -", scenes));
         EXPECT_EQ(outcome.code, 0) << outcome.err;
         return Json::parse(outcome.out)["scenes"][0]["warnings"];
     };
@@ -189,16 +134,14 @@ TEST(Crosscheck, FilesOfAPatternWithoutQuotesAreWarnedOf) {
     const std::string other = folder.write("v2/wave_001.obj", square_at(1));
     const Json warnings = check({first, second, other});
     ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_NE(warnings[0].get<std::string>().find("wave_*.obj: warning: 2 files"),
-              std::string::npos)
-        << warnings;
+    EXPECT_TRUE(has(warnings[0].get<std::string>(), "wave_*.obj: warning: 2 files")) << warnings;
     EXPECT_TRUE(check({first, other}).empty());
 }
 
 TEST(Crosscheck, JunitTellsScenesOfOneNameApart) {
-    const Outcome outcome = run({"crosscheck", "builtin:cloth:200", "builtin:cloth:300",
-                                 "builtin:cloth:200", "--backend", "cpu", "--simd", "off", "--size",
-                                 "8x8", "--frames", "0", "--junit", "-"});
+    const Outcome outcome =
+        run(words("crosscheck builtin:cloth:200 builtin:cloth:300 builtin:cloth:200 --backend cpu "
+                  "--simd off --size 8x8 --frames 0 --junit -"));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     std::set<std::string> cases;
     std::size_t count = 0;
@@ -213,8 +156,8 @@ TEST(Crosscheck, JunitTellsScenesOfOneNameApart) {
 
 TEST(Crosscheck, AnErrorNamesItsScene) {
     const Outcome outcome =
-        run({"crosscheck", "builtin:cloth:200", "builtin:twist:200", "--backend", "cpu", "--simd",
-             "off", "--size", "8x8", "--frames", "30"});
+        run(words("crosscheck builtin:cloth:200 builtin:twist:200 --backend cpu --simd off "
+                  "--size 8x8 --frames 30"));
     EXPECT_EQ(outcome.code, 2) << outcome.err;
     ASSERT_EQ(lines(outcome.err).size(), 2u) << outcome.err;
     EXPECT_TRUE(outcome.err.starts_with("morphray: builtin:cloth:200: --frames: frame 30 is not"))
@@ -222,8 +165,106 @@ TEST(Crosscheck, AnErrorNamesItsScene) {
     EXPECT_TRUE(lines(outcome.err)[1].starts_with("morphray: builtin:twist:200: "));
 }
 
-TEST(Crosscheck, DoesNotAcceptBruteAsABackend) {
-    EXPECT_EQ(run({"crosscheck", "builtin:cloth:400", "--backend", "brute"}).code, 2);
+/// The three reports in a folder.
+struct Reports {
+    std::string json, junit, html;
+};
+
+Words with_reports(const TemporaryFolder& folder, const std::string& scenes) {
+    return words("crosscheck --backend cpu --simd off " + scenes,
+                 {"--json", folder.file("r.json"), "--junit", folder.file("r.xml"), "--html",
+                  folder.file("r.html")});
+}
+
+Reports reports_in(const TemporaryFolder& folder) {
+    return {read_file(folder.file("r.json")), read_file(folder.file("r.xml")),
+            read_file(folder.file("r.html"))};
+}
+
+TEST(CrosscheckReports, AreWrittenWhenASignalEndsTheRun) {
+    const TemporaryFolder folder;
+    // Some images are compared in two seconds, on a busy machine, too; all take minutes.
+    Started check(with_reports(
+        folder,
+        "builtin:cloth:4000 builtin:twist:400 --frames 0..24:0.03125 --reference brute --size "
+        "32x32 --rays shadow"));
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    check.send(SIGTERM);
+    const Outcome outcome = check.wait();
+    EXPECT_EQ(outcome.code, 143) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const Json json = Json::parse(reports.json);
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_TRUE(has(json["error"].get<std::string>(), "terminated"));
+    ASSERT_EQ(json["scenes"].size(), 2u);
+    EXPECT_EQ(json["scenes"][1]["complete"], false);
+    EXPECT_TRUE(has(reports.junit, "<error message=\"terminated"));
+    EXPECT_TRUE(has(reports.html, "\"complete\":false"));
+}
+
+TEST(CrosscheckReports, AreWrittenWhenAFrameCannotBeRead) {
+    const TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n");
+    const Outcome outcome = run(with_reports(folder, folder.file("s") + " --size 16x16"));
+    EXPECT_EQ(outcome.code, 8) << outcome.err;
+    const Reports reports = reports_in(folder);
+    EXPECT_EQ(Json::parse(reports.json)["complete"], false);
+    EXPECT_TRUE(has(reports.junit, "tests=\"7\" failures=\"0\" errors=\"1\""));
+    EXPECT_TRUE(has(reports.html, "\"complete\":false"));
+    EXPECT_EQ(lines(outcome.out).back(),
+              "not finished: " + folder.file("s") + " could not be read");
+}
+
+TEST(CrosscheckReports, AreWrittenWhenTheSceneCannotBeOpened) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(with_reports(folder, folder.file("none.obj")));
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    const std::string verdict = "not finished: " + folder.file("none.obj") + " could not be read";
+    EXPECT_EQ(outcome.out, verdict + "\n");
+    const Reports reports = reports_in(folder);
+    EXPECT_EQ(Json::parse(reports.json)["verdict"], verdict);
+    EXPECT_EQ(Json::parse(reports.json)["equal"], false);
+    EXPECT_EQ(Json::parse(reports.json)["scenes"][0]["equal"], false);
+    EXPECT_TRUE(has(reports.junit, "<testsuites name=\"" + verdict));
+    EXPECT_TRUE(has(reports.junit, "tests=\"1\" failures=\"0\" errors=\"1\""));
+    EXPECT_FALSE(reports.html.empty());
+}
+
+TEST(CrosscheckReports, OfSeveralScenesGoOnAfterOneThatCannotBeOpened) {
+    const TemporaryFolder folder;
+    const std::string none = folder.file("none.obj");
+    const Outcome outcome = run(with_reports(
+        folder, "builtin:cloth:200 " + none + " builtin:twist:200 --size 8x8 --frames 0"));
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with(none)) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const Json json = Json::parse(reports.json);
+    EXPECT_EQ(json["equal"], true);
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(lines(outcome.out).back(), "not finished: " + none + " could not be read");
+    ASSERT_EQ(json["scenes"].size(), 3u);
+    EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u);
+    EXPECT_NE(json["scenes"][1]["error"], "");
+    EXPECT_EQ(json["scenes"][2]["rows"].size(), 6u);
+    EXPECT_EQ(json["scenes"][2]["complete"], true);
+    EXPECT_TRUE(has(outcome.out, "builtin:cloth:200\n\nvariant"));
+    EXPECT_TRUE(has(outcome.out, "builtin:twist:200\n\nvariant"));
+}
+
+TEST(CrosscheckReports, NameTheirEnvironment) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(with_reports(folder, "builtin:cloth:200 --size 8x8 --frames 0"));
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const Json json = Json::parse(reports.json);
+    EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u);
+    EXPECT_EQ(json["environment"]["devices"], Json::array());
+    EXPECT_EQ(lines(outcome.out).back(), "equal: 6 comparisons of 1 scene");
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_TRUE(has(reports.html, "\"equal\":true"));
 }
 
 }  // namespace

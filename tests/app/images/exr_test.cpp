@@ -8,15 +8,12 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "morphray/images.hpp"
 #include "tests/app/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace mray::test {
 namespace {
@@ -41,17 +38,10 @@ std::vector<float> floats(const std::string& file, const char* name) {
     return channel<float>(file, name, Imf::FLOAT);
 }
 
-std::string bytes_of(const std::string& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-Outcome render(const TemporaryFolder& folder, const char* out, std::vector<std::string> more) {
-    std::vector<std::string> all = {
-        "render", "builtin:cloth:800", "--frames", "9",     "--size",
-        "24x24",  "--backend",         "cpu",      "--out", folder.file(out)};
-    all.insert(all.end(), more.begin(), more.end());
-    return run(all);
+Outcome render(const TemporaryFolder& folder, const char* out, const Words& more) {
+    return run(words(
+        "render builtin:cloth:800 --frames 9 --size 24x24 --backend cpu --out " + folder.file(out),
+        more));
 }
 
 TEST(Exr, LayersAreThoseOfTheHits) {
@@ -102,8 +92,8 @@ TEST(Exr, ColoursAreThoseOfThePngButLinear) {
         }
     }
     EXPECT_GT(largest, 0.5f);
-    EXPECT_EQ(bytes_of(folder.file("float/frame_0009.png")),
-              bytes_of(folder.file("half/frame_0009.png")));
+    EXPECT_EQ(read_file(folder.file("float/frame_0009.png")),
+              read_file(folder.file("half/frame_0009.png")));
     Imf::InputFile in(precise.c_str());
     const auto* const source = in.header().findTypedAttribute<Imf::StringAttribute>("Source");
     ASSERT_NE(source, nullptr);
@@ -117,7 +107,8 @@ TEST(Exr, TheBytesDoNotDependOnTheBackend) {
     TemporaryFolder folder;
     ASSERT_EQ(render(folder, "a", {"--exr", "half", "--ground", "on"}).code, 0);
     ASSERT_EQ(render(folder, "b", {"--exr", "half", "--ground", "on", "--simd", "off"}).code, 0);
-    EXPECT_EQ(bytes_of(folder.file("a/frame_0009.exr")), bytes_of(folder.file("b/frame_0009.exr")));
+    EXPECT_EQ(read_file(folder.file("a/frame_0009.exr")),
+              read_file(folder.file("b/frame_0009.exr")));
     const auto geom = channel<unsigned>(folder.file("a/frame_0009.exr"), "id.geom", Imf::UINT);
     EXPECT_TRUE(std::set<unsigned>(geom.begin(), geom.end()).contains(1));
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,10 @@ namespace mray::app {
 namespace {
 
 using namespace test;
+
+std::string bytes_of(const std::vector<std::byte>& file) {
+    return {reinterpret_cast<const char*>(file.data()), file.size()};
+}
 
 class TextureFiles : public testing::Test {
 protected:
@@ -86,14 +91,13 @@ TEST_F(TextureFiles, JpegIsReadInRgbAndGreyPlainAndProgressive) {
 TEST_F(TextureFiles, NameDoesNotDecideTheKind) {
     EXPECT_EQ(read(jpeg_file(3, 2), "a.png").width, 3u);
     EXPECT_EQ(read(png_file(4, 2, PNG_COLOR_TYPE_RGB, 8), "a.jpg").width, 4u);
-    EXPECT_NE(refusal("GIF89a...").find("a.png: is neither a PNG nor a JPEG file"),
-              std::string::npos);
-    EXPECT_NE(refusal("").find("neither"), std::string::npos);
+    EXPECT_TRUE(has(refusal("GIF89a..."), "a.png: is neither a PNG nor a JPEG file"));
+    EXPECT_TRUE(has(refusal(""), "neither"));
 }
 
 TEST_F(TextureFiles, CmykIsRefused) {
     const std::string message = refusal(jpeg_file(8, 8, {.components = 4, .space = JCS_CMYK}));
-    EXPECT_NE(message.find("save as RGB"), std::string::npos) << message;
+    EXPECT_TRUE(has(message, "save as RGB"));
 }
 
 TEST_F(TextureFiles, CutFilesAreRefusedWhereverTheyEnd) {
@@ -108,16 +112,19 @@ TEST_F(TextureFiles, CutFilesAreRefusedWhereverTheyEnd) {
     }
 }
 
-TEST_F(TextureFiles, DamagedBytesAreReadOrRefusedButNothingElse) {
-    for (const std::string& whole :
-         {png_file(9, 7, PNG_COLOR_TYPE_RGB, 8), jpeg_file(17, 9, {.progressive = true})}) {
-        for (std::size_t at = 0; at < whole.size(); ++at) {
-            for (const int flip : {0x01, 0x80, 0xFF}) {
-                std::string bytes = whole;
-                bytes[at] = static_cast<char>(bytes[at] ^ flip);
-                const auto kind = test::kind_of([&] { read(bytes); });
-                EXPECT_TRUE(!kind || kind == ErrorKind::kBadInput || kind == ErrorKind::kLimit);
-            }
+TEST_F(TextureFiles, ThePngFilesOfTheProgramHaveTheirPixels) {
+    std::mt19937 random(1);
+    for (const auto& [width, height] :
+         {std::pair{1u, 1u}, {2u, 1u}, {1u, 3u}, {7u, 5u}, {255u, 3u}, {300u, 200u}}) {
+        for (const std::uint32_t set_bits : {0xFF000000u, 0u}) {
+            Image image{width, height, std::vector<std::uint32_t>(width * height)};
+            for (std::uint32_t& pixel : image.pixels)
+                pixel = static_cast<std::uint32_t>(random()) | set_bits;
+            const PngText texts[] = {{"Source", "render 'na\xC3\xAFve.obj'"}, {"Comment", ""}};
+            const Image decoded = read(bytes_of(encode_png(image, texts)));
+            EXPECT_EQ(decoded.width, width);
+            EXPECT_EQ(decoded.height, height);
+            EXPECT_EQ(decoded.pixels, image.pixels) << width << 'x' << height;
         }
     }
 }
@@ -126,8 +133,7 @@ TEST_F(TextureFiles, PngWithADamagedByteAnywhereIsRefusedTextsIncluded) {
     const Image image{
         3, 2, {0xFF000001, 0xFF020304, 0xFF050607, 0xFF08090A, 0xFF0B0C0D, 0xFF0E0F10}};
     const PngText texts[] = {{"Software", "morphray"}, {"Image hash", "0123456789abcdef"}};
-    const auto bytes = encode_png(image, texts);
-    const std::string whole(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string whole = bytes_of(encode_png(image, texts));
     EXPECT_EQ(read(whole).pixels, image.pixels);
     for (std::size_t at = 0; at < whole.size(); ++at) {
         for (const int flip : {0x01, 0x20, 0x80}) {
@@ -169,9 +175,7 @@ TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
     for (const std::string& bytes :
          {png_of_size({"\0\0\xEA\x60\0\0\xEA\x60", 8}), jpeg_of_size("\xEA\x60\xEA\x60")}) {
         EXPECT_EQ(test::kind_of([&] { read(bytes); }), ErrorKind::kLimit);
-        EXPECT_NE(refusal(bytes).find("has 60000x60000 pixels; at most 16384 a side"),
-                  std::string::npos)
-            << refusal(bytes);
+        EXPECT_TRUE(has(refusal(bytes), "has 60000x60000 pixels; at most 16384 a side"));
     }
 }
 
@@ -180,13 +184,13 @@ TEST_F(TextureFiles, ImagesOfMorePixelsThanTheirBytesCanHoldAreRefusedByTheirHea
     for (const std::string& bytes :
          {png_of_size({"\0\0\x40\0\0\0\x40\0", 8}), jpeg_of_size({"\x40\0\x40\0", 4})}) {
         EXPECT_EQ(test::kind_of([&] { read(bytes); }), ErrorKind::kBadInput);
-        EXPECT_NE(refusal(bytes).find("it ends too early"), std::string::npos) << refusal(bytes);
+        EXPECT_TRUE(has(refusal(bytes), "it ends too early"));
     }
     // Few bytes that are enough.
     const Image black{4096, 4096, std::vector<std::uint32_t>(4096 * 4096)};
-    const std::vector<std::byte> png = encode_png(black);
+    const std::string png = bytes_of(encode_png(black));
     EXPECT_LT(png.size() * 200, black.pixels.size() * 4);
-    EXPECT_EQ(read({reinterpret_cast<const char*>(png.data()), png.size()}).pixels, black.pixels);
+    EXPECT_EQ(read(png).pixels, black.pixels);
 }
 
 TEST_F(TextureFiles, ChunkOfMoreBytesThanTheFileIsRefused) {
@@ -194,7 +198,7 @@ TEST_F(TextureFiles, ChunkOfMoreBytesThanTheFileIsRefused) {
     // A text between the head and the pixels, of 1.5 GB.
     png.insert(33, std::string("\x5B\0\0\x0FzTXta\0\0x", 12));
     EXPECT_EQ(test::kind_of([&] { read(png); }), ErrorKind::kBadInput);
-    EXPECT_NE(refusal(png).find("it ends too early"), std::string::npos) << refusal(png);
+    EXPECT_TRUE(has(refusal(png), "it ends too early"));
 }
 
 TEST_F(TextureFiles, FoldersAndMissingFilesAreRefused) {

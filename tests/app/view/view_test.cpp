@@ -1,8 +1,11 @@
-// The parts of the viewer that need no window.
+// The parts of the viewer that need no window, and the thread that traces for it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <semaphore>
+#include <thread>
 
 #include "app/animation/animation_scene.h"
 #include "app/cli/command_line.h"
@@ -11,6 +14,9 @@
 #include "common/base/errors.h"
 #include "common/image/depth.h"
 #include "scenes/animation.h"
+#include "tests/app/scenes.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/text.h"
 
 namespace mray::app {
 namespace {
@@ -161,8 +167,7 @@ TEST(PixelText, SaysWhatEachBackendHits) {
     EXPECT_EQ(pixel_text(probe), "pixel 5,7, frame 0\na\n  miss\nb\n  miss\nequal bit by bit\n");
     probe.hits[1] = {.t = 2.5f, .u = 0, .v = 0, .prim_id = 12, .geom_id = 0};
     const std::string text = pixel_text(probe);
-    EXPECT_NE(text.find("b\n  triangle 12\n  t 0x1.4p+1          2.5\n"), std::string::npos)
-        << text;
+    EXPECT_TRUE(test::has(text, "b\n  triangle 12\n  t 0x1.4p+1          2.5\n"));
     EXPECT_TRUE(text.ends_with("DIFFERENT\n")) << text;
 }
 
@@ -182,6 +187,168 @@ TEST(BoxLines, AreTheEdgesOfWhatIsBeforeTheEye) {
     EXPECT_NEAR(right, 1 / 6.0, 1e-6);
     const morphray::Box behind[] = {{{-1, -1, 5}, {1, 1, 6}}};
     for (const glm::vec4& end : box_lines(view, behind)) EXPECT_LT(end.w, 0);
+}
+
+class EngineTest : public testing::Test {
+protected:
+    explicit EngineTest(const std::string& scene = "builtin:cloth:2000")
+        : given_(std::get<ViewOptions>(
+              *parse_command_line(
+                   std::vector<std::string>{"view", scene, "--backend", "cpu", "--size", "64x48"})
+                   .options)),
+          options_(given_.image),
+          animation_(open_scene(scene, {})),
+          state_(initial_state(given_, *animation_, 2)) {
+        start();
+    }
+
+    /// Ends the engine and makes another one.
+    void start() {
+        engine_.emplace(options_, *animation_, messages_, [this] { results_.release(); });
+    }
+    /// The next image.
+    std::unique_ptr<TracedImage> wait_for_image() {
+        for (;;) {
+            results_.acquire();
+            if (std::unique_ptr<TracedImage> image = engine_->take()) return image;
+        }
+    }
+    /// The image of this request, when it comes.
+    std::unique_ptr<TracedImage> wait_for(const ImageRequest& request) {
+        for (;;) {
+            std::unique_ptr<TracedImage> image = wait_for_image();
+            if (image->request == request) return image;
+        }
+    }
+    std::unique_ptr<TracedImage> trace(const ImageRequest& request) {
+        engine_->post(request);
+        return wait_for(request);
+    }
+
+    ViewOptions given_;
+    ImageOptions options_;
+    std::unique_ptr<Animation> animation_;
+    ViewState state_;
+    Messages messages_;
+    std::counting_semaphore<> results_{0};
+    std::optional<Engine> engine_;
+};
+
+TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
+    for (const double frame : {2.0, 7.5, 3.25}) {
+        state_.playback.seek(frame);
+        const ImageRequest request = request_of(state_, last_step(state_));
+        const std::unique_ptr<TracedImage> image = trace(request);
+        ASSERT_EQ(image->panes.size(), 1u) << image->error;
+        AnimationScene scene(morphray::Device::cpu(), options_, *animation_, frame, messages_);
+        morphray::Image expected;
+        scene.render(request.view, expected);
+        EXPECT_EQ(image->panes[0].pixels, expected.pixels);
+        EXPECT_EQ(image->panes[0].rays, expected.ray_count);
+    }
+}
+
+TEST_F(EngineTest, TheNewestRequestIsAnswered) {
+    for (int i = 0; i < 200; ++i) {
+        state_.playback.seek(i / 16.0);
+        engine_->post(request_of(state_, i % 3));
+    }
+    EXPECT_EQ(trace(request_of(state_, 1))->error, "");
+}
+
+TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
+    const ImageRequest request = request_of(state_, 0);
+    engine_->probe({request, {32, 24}});
+    trace(request);
+    const std::optional<PixelProbe> probe = engine_->take_probe();
+    ASSERT_TRUE(probe.has_value());
+    ASSERT_EQ(probe->hits.size(), 1u);
+    EXPECT_TRUE(probe->hits[0]);
+}
+
+TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
+    state_.view.width = 600;
+    state_.view.height = 400;
+    const ImageRequest request = request_of(state_, last_step(state_));
+    engine_->post(request);
+    engine_->probe({request, {300, 200}});
+    EXPECT_EQ(wait_for(request)->error, "");
+    EXPECT_TRUE(engine_->take_probe().has_value());
+}
+
+TEST_F(EngineTest, EndsWhileItTraces) {
+    state_.view.width = 400;
+    state_.view.height = 300;
+    state_.view.samples = 16;
+    for (int i = 0; i < 8; ++i) {
+        start();
+        trace(request_of(state_, 0));
+        engine_->post(request_of(state_, last_step(state_)));
+        // At one of several moments of the image, or after it.
+        std::this_thread::sleep_for(std::chrono::milliseconds(4 * i));
+        if (i % 2 == 0) engine_->post(request_of(state_, 1));
+    }
+}
+
+TEST_F(EngineTest, AnErrorOfALaterRequestIsShownAndMended) {
+    const ImageRequest good = request_of(state_, 0);
+    EXPECT_EQ(trace(good)->error, "");
+    ImageRequest bad = good;
+    bad.view.target = bad.view.eye;
+    const std::unique_ptr<TracedImage> refused = trace(bad);
+    EXPECT_NE(refused->error, "");
+    EXPECT_TRUE(refused->panes.empty());
+    EXPECT_EQ(trace(good)->error, "");
+}
+
+TEST_F(EngineTest, AnErrorOfTheFirstRequestIsThrown) {
+    ImageRequest bad = request_of(state_, 0);
+    bad.view.target = bad.view.eye;
+    engine_->post(bad);
+    EXPECT_THROW(wait_for_image(), Error);
+}
+
+const test::TemporaryFolder& folder() {
+    static const test::TemporaryFolder folder;
+    return folder;
+}
+
+class FileEngineTest : public EngineTest {
+protected:
+    FileEngineTest() : EngineTest(folder().write("a.obj", test::cube())) {}
+};
+
+TEST_F(FileEngineTest, TheGroundHidesNothingFromBelowAndInOtherColours) {
+    const auto pixels_of = [&](morphray::Shading shading, std::optional<bool> ground) {
+        ImageRequest request = request_of(state_, 0);
+        request.view.shading = shading;
+        request.view.ao_count = 1;
+        options_.ground = ground;
+        start();
+        return trace(request)->panes.at(0).pixels;
+    };
+    using morphray::Shading;
+    EXPECT_EQ(pixels_of(Shading::lit, {}), pixels_of(Shading::lit, true));
+    EXPECT_EQ(pixels_of(Shading::depth, {}), pixels_of(Shading::depth, false));
+    state_.camera.orbit(0, -1);
+    EXPECT_EQ(pixels_of(Shading::lit, {}), pixels_of(Shading::lit, false));
+}
+
+TEST_F(EngineTest, BoxesAreThoseOfTheTree) {
+    state_.box_depth = 0;
+    ImageRequest request = request_of(state_, 0);
+    const std::unique_ptr<TracedImage> root = trace(request);
+    ASSERT_EQ(root->boxes.size(), 1u);
+    request.box_depth = 1;
+    const std::unique_ptr<TracedImage> children = trace(request);
+    EXPECT_GT(children->boxes.size(), 1u);
+    EXPECT_LE(children->boxes.size(), 16u);
+    for (const morphray::Box& box : children->boxes) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            EXPECT_GE(box.lower[k], root->boxes[0].lower[k]);
+            EXPECT_LE(box.upper[k], root->boxes[0].upper[k]);
+        }
+    }
 }
 
 }  // namespace

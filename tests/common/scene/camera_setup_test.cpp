@@ -309,26 +309,6 @@ TEST(ResolveView, AcceptsScenesWithoutExtent) {
     }
 }
 
-TEST(ResolveView, NeverThrowsForNumbersThatAreNotFinite) {
-    for (const double bad : {kNan, kInfinity, -kInfinity, 1e308}) {
-        for (int what = 0; what < 6; ++what) {
-            ViewSpec view = some_view();
-            if (what == 0) view.eye = {bad, 0, 0};
-            if (what == 1) view.target = {0, bad, 0};
-            if (what == 2) view.up = {0, 0, bad};
-            if (what == 3) view.fov = bad;
-            if (what == 4) view.light = {bad, bad, bad};
-            if (what == 5) view.width = 0;
-            EXPECT_NO_THROW(resolve_view(view, box(-1, 1)));
-            if (what == 3) {
-                view.eye.reset();
-                const ResolvedView resolved = resolve_view(view, box(-1, 1));
-                EXPECT_TRUE(std::isfinite(resolved.eye[0]));
-            }
-        }
-    }
-}
-
 TEST(MakeImageParams, KeepsDirectionsWithinTheRangeOfTheHitRule) {
     for (const double fov : {1e-300, 1e-30, 1e-9, 45.0, 179.999}) {
         for (const auto& [width, height] : {std::pair{9u, 9u}, {60000u, 3u}, {3u, 60000u}}) {
@@ -350,10 +330,11 @@ TEST(MakeImageParams, KeepsDirectionsWithinTheRangeOfTheHitRule) {
 /// Expects that a view is refused with this kind of error, about this, or taken.
 void expect_refusal(const ViewSpec& view, std::optional<ErrorKind> kind,
                     const std::string& about = {}) {
+    EXPECT_NO_THROW(resolve_view(view, box(-1, 1)));
     const std::optional<Error> error = test::error_of([&] { params_of(view, box(-1, 1)); });
     ASSERT_EQ(error ? std::optional(error->kind()) : std::nullopt, kind) << about;
     if (error) {
-        EXPECT_NE(std::string(error->what()).find(about), std::string::npos) << error->what();
+        EXPECT_TRUE(test::has(error->what(), about));
     }
 }
 constexpr ErrorKind kBad = ErrorKind::kBadInput;
@@ -376,6 +357,9 @@ TEST(MakeImageParams, RefusesImpossibleFieldsOfView) {
     for (const double fov : {0.0, -0.0, -5.0, 180.0, 360.0, kNan, kInfinity}) {
         view.fov = fov;
         expect_refusal(view, kBad, "field of view");
+        ViewSpec without_eye;
+        without_eye.fov = fov;
+        EXPECT_TRUE(std::isfinite(resolve_view(without_eye, box(-1, 1)).eye[0])) << fov;
     }
     for (const double fov : {1e-300, 1e-6, 179.999}) {
         view.fov = fov;

@@ -13,7 +13,7 @@ void expect_error(const char* name, ErrorKind kind) {
     const std::optional<Error> error = test::error_of([&] { find_simd_target(name); });
     ASSERT_TRUE(error) << name;
     EXPECT_EQ(error->kind(), kind) << name;
-    EXPECT_NE(std::string(error->what()).find(name), std::string::npos);
+    EXPECT_TRUE(test::has(error->what(), name));
 }
 
 TEST(SimdTarget, BestIsTheFirstAndScalarTheLast) {

@@ -102,7 +102,7 @@ TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
         const std::optional<Error> error = test::error_of([&] { parse_policy(text); });
         ASSERT_TRUE(error) << text;
         EXPECT_EQ(error->kind(), ErrorKind::kBadArgument) << text;
-        EXPECT_NE(std::string(error->what()).find("every:K"), std::string::npos) << text;
+        EXPECT_TRUE(test::has(error->what(), "every:K")) << text;
     }
 }
 

@@ -1,4 +1,4 @@
-// The updater keeps a sound tree under any decisions of a policy.
+// Costs of trees; and the updater keeps a sound tree under any decisions of a policy.
 #include "common/update/tree_updater.h"
 
 #include <gtest/gtest.h>
@@ -7,8 +7,10 @@
 #include <cmath>
 #include <functional>
 
+#include "common/bvh/box.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
-#include "tests/support/backend_results.h"
+#include "cpu/refit/refit.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
 
@@ -16,6 +18,74 @@ namespace mray {
 namespace {
 
 using namespace test;
+
+double cost_at_build(const TestScene& scene) {
+    return tree_cost(build_bvh(scene.topology(), scene.positions()).nodes);
+}
+
+TEST(TreeCost, IsFiniteForEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        EXPECT_TRUE(std::isfinite(cost_at_build(named.scene))) << named.name;
+        const double area = TriangleSample(named.scene.topology()).area(named.scene.positions());
+        EXPECT_TRUE(std::isfinite(area)) << named.name;
+        EXPECT_GE(area, 0) << named.name;
+    }
+}
+
+TEST(TreeCost, OfPoseOutOfOrderIsManyTimesThatOfTheBuild) {
+    const TestScene scene = random_soup(4000, 0.02, 3);
+    std::vector<vec3> shuffled = scene.positions();
+    Random random(5);
+    for (std::size_t i = shuffled.size() / 3; i-- > 1;) {
+        const std::size_t j = random.below(static_cast<std::uint32_t>(i + 1));
+        for (std::size_t k = 0; k < 3; ++k) std::swap(shuffled[3 * i + k], shuffled[3 * j + k]);
+    }
+    const TriangleSample sample(scene.topology());
+    const TreeFit built = {cost_at_build(scene), sample.area(scene.positions())};
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    cpu::refit(bvh, shuffled);
+    const double area = sample.area(shuffled);
+    EXPECT_EQ(cost_ratio(built, built), 1);
+    EXPECT_GT(cost_ratio(built, {tree_cost(bvh.nodes), area}), 10);
+    const Bvh rebuilt = build_bvh(scene.topology(), shuffled);
+    EXPECT_NEAR(cost_ratio(built, {tree_cost(rebuilt.nodes), area}), 1, 0.05);
+}
+
+TEST(CostRatio, DoesNotChangeWithTheSizeOfTheScene) {
+    EXPECT_DOUBLE_EQ(cost_ratio({10, 2}, {40, 8}), 1);
+    EXPECT_DOUBLE_EQ(cost_ratio({10, 2}, {40, 2}), 4);
+    EXPECT_DOUBLE_EQ(cost_ratio({10, 2}, {2.5, 0.5}), 1);
+}
+
+TEST(CostRatio, OfATreeBuiltInAPointIsInfiniteOnceItUnfolds) {
+    EXPECT_EQ(cost_ratio({0, 0}, {0, 0}), 1);
+    EXPECT_TRUE(std::isinf(cost_ratio({0, 0}, {1, 1})));
+    EXPECT_EQ(cost_ratio({5, 1}, {0, 0}), 0);
+    EXPECT_EQ(cost_ratio({5, 0}, {10, 1}), 2);
+}
+
+TEST(TriangleSample, LeavesTrianglesOutThatAreNotFinite) {
+    const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {NAN, 1, 1}}, {{0, 1, 2}, {0, 1, 3}});
+    const TestScene finite({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+    const double area = TriangleSample(scene.topology()).area(scene.positions());
+    EXPECT_GT(area, 0);
+    EXPECT_EQ(area, TriangleSample(finite.topology()).area(finite.positions()));
+}
+
+TEST(OverheadVisits, AreTheGrowthBeyondThatOfTheTrianglesOverTheRoot) {
+    EXPECT_EQ(overhead_visits({10, 2, 5}, {10, 2, 5}), 0);
+    EXPECT_EQ(overhead_visits({10, 2, 5}, {40, 8, 20}), 0);
+    EXPECT_DOUBLE_EQ(overhead_visits({10, 2, 5}, {40, 2, 5}), 6);
+    EXPECT_DOUBLE_EQ(overhead_visits({10, 2, 5}, {40, 4, 10}), 2);
+    EXPECT_EQ(overhead_visits({40, 2, 5}, {10, 2, 5}), 0);
+}
+
+TEST(OverheadVisits, AreFiniteForTreesThatWereBuiltInAPointOrAreFlat) {
+    EXPECT_DOUBLE_EQ(overhead_visits({0, 0, 0}, {40, 2, 5}), 8);
+    EXPECT_EQ(overhead_visits({10, 2, 5}, {0, 0, 0}), 0);
+    EXPECT_EQ(overhead_visits({0, 0, 0}, {0, 0, 0}), 0);
+}
+
 using Clock = std::chrono::steady_clock;
 
 /// Decides by a script, one decision a frame.
@@ -46,15 +116,16 @@ std::vector<vec3> turned(const TestScene& scene, int step) {
 }
 
 struct Rig {
-    explicit Rig(std::vector<UpdateDecision> script, const UpdateConfig& config = {})
-        : updater(scene.topology(), scene.positions(), *tracer,
-                  std::make_unique<Scripted>(std::move(script)), {}, config) {}
+    explicit Rig(std::unique_ptr<UpdatePolicy> policy, const UpdateConfig& config = {})
+        : updater(scene.topology(), scene.positions(), *tracer, std::move(policy), {}, config) {}
+    explicit Rig(std::vector<UpdateDecision> script = {}, const UpdateConfig& config = {})
+        : Rig(std::make_unique<Scripted>(std::move(script)), config) {}
 
     TreeStep update(const std::vector<vec3>& positions) {
         updater.update(positions);
         EXPECT_EQ(check_bvh(updater.tree(), scene.topology(), positions),
                   std::vector<std::string>{});
-        updater.frame_done(last_trace(*tracer));
+        updater.frame_done({.ms = 1, .rays = 1000});
         const UpdateTimes& times = updater.last().times;
         for (const double ms : {times.refit_ms, times.rebuild_ms, times.upload_ms})
             EXPECT_GE(ms, 0);
@@ -80,7 +151,7 @@ TEST(TreeUpdater, TreeIsSoundAfterEveryKindOfStep) {
 }
 
 TEST(TreeUpdater, UnchangedPoseIsKept) {
-    Rig rig({});
+    Rig rig;
     EXPECT_EQ(rig.update(rig.scene.positions()), TreeStep::kKept);
     EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kRefitted);
     EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kKept);
@@ -119,15 +190,9 @@ private:
 
 // lab/notes/updates.md has the times of the stages.
 TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
-    const TestScene scene = random_soup(3000, 0.1, 8);
-    const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
     std::vector<FrameCost> costs;
-    TreeUpdater updater(scene.topology(), scene.positions(), *tracer,
-                        std::make_unique<KeepsCosts>(costs), {}, {.deterministic = true});
-    for (int step = 1; step <= 2; ++step) {
-        updater.update(turned(scene, step));
-        updater.frame_done({.ms = 1, .rays = 1000});
-    }
+    Rig rig(std::make_unique<KeepsCosts>(costs), {.deterministic = true});
+    for (int step = 1; step <= 2; ++step) rig.update(turned(rig.scene, step));
     ASSERT_EQ(costs.size(), 2u);
     EXPECT_GT(costs[0].refit, 0);
     EXPECT_GT(costs[0].restructure, costs[0].refit);
@@ -137,15 +202,11 @@ TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
 }
 
 TEST(TreeUpdater, TellsThePolicyEachMillisecondOfAnUpdateOnce) {
-    const TestScene scene = random_soup(3000, 0.1, 8);
-    const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
     std::vector<FrameCost> costs;
-    TreeUpdater updater(scene.topology(), scene.positions(), *tracer,
-                        std::make_unique<KeepsCosts>(costs), {}, {});
+    Rig rig(std::make_unique<KeepsCosts>(costs));
     for (int frame = 0; frame < 3; ++frame) {
-        updater.update(turned(scene, 1 + frame));
-        updater.frame_done({.ms = 1, .rays = 1000});
-        const UpdateTimes& times = updater.last().times;
+        rig.update(turned(rig.scene, 1 + frame));
+        const UpdateTimes& times = rig.updater.last().times;
         const FrameCost& cost = costs.back();
         const double told = cost.refit + cost.restructure + cost.rebuild;
         const double taken = times.refit_ms + times.decide_ms + times.upload_ms +
@@ -174,18 +235,15 @@ private:
 };
 
 TEST(TreeUpdater, BackgroundBuildThatIsOlderThanTheTreeIsDropped) {
-    const TestScene scene = random_soup(3000, 0.1, 8);
-    const auto tracer = cpu::make_cpu_backend();
-    TreeUpdater updater(scene.topology(), scene.positions(), *tracer,
-                        std::make_unique<RebuildsMeanwhile>(), {}, {});
-    EXPECT_EQ(updater.update(turned(scene, 1)).step, TreeStep::kRefitted);
-    EXPECT_EQ(updater.update(turned(scene, 2)).step, TreeStep::kRebuilt);
-    ASSERT_TRUE(updater.last().build_pending);
+    Rig rig(std::make_unique<RebuildsMeanwhile>());
+    EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kRefitted);
+    EXPECT_EQ(rig.update(turned(rig.scene, 2)), TreeStep::kRebuilt);
+    ASSERT_TRUE(rig.updater.last().build_pending);
     // The build takes milliseconds.
     const auto deadline = Clock::now() + std::chrono::seconds(60);
-    while (updater.last().build_pending) {
+    while (rig.updater.last().build_pending) {
         ASSERT_LT(Clock::now(), deadline) << "the build is not dropped";
-        ASSERT_NE(updater.update(turned(scene, 3)).step, TreeStep::kSwapped);
+        ASSERT_NE(rig.update(turned(rig.scene, 3)), TreeStep::kSwapped);
     }
 }
 
@@ -204,7 +262,7 @@ TEST(TreeUpdater, CostRatioOfATreeFromTheBackgroundIsThatSinceItsBuild) {
 }
 
 TEST(TreeUpdater, CostRatioOfACopiedTreeIsThatSinceItsBuild) {
-    Rig rig({});
+    Rig rig;
     const auto tracer = cpu::make_cpu_backend();
     const Bvh tree = rig.updater.tree();
     TreeUpdater copied(rig.scene.topology(), rig.scene.positions(), *tracer,

@@ -125,6 +125,16 @@ private:
     }
 };
 
+/// The file with another value of a member, given as JSON; empty: without the member.
+inline Json changed(Json file, const char* pointer, const char* value) {
+    const Json::json_pointer place(pointer);
+    if (*value != '\0')
+        file[place] = Json::parse(value);
+    else
+        file.at(place.parent_pointer()).erase(place.back());
+    return file;
+}
+
 /// A node with the triangle of GltfBuilder::add_triangle().
 inline GltfBuilder triangle_file() {
     GltfBuilder builder;

@@ -1,7 +1,9 @@
-// Materials and textures of glTF files.
+// Materials, textures and extensions of glTF files.
 #include <gtest/gtest.h>
 
-#include <functional>
+#include <cmath>
+#include <string>
+#include <vector>
 
 #include "scenes/mesh/mesh_file.h"
 #include "tests/scenes/gltf/gltf_builder.h"
@@ -14,10 +16,10 @@ using namespace test;
 
 TEST(GltfMaterials, BaseColourIsTheAlbedo) {
     GltfBuilder builder = triangle_file();
-    EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], kClay);
+    EXPECT_EQ(OpenedGltf(builder.gltf()).topology().albedo[0], kClay);
     builder.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0, 1}}}}}};
     builder.json["meshes"][0]["primitives"][0]["material"] = 0;
-    EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], 0x0080FFu);
+    EXPECT_EQ(OpenedGltf(builder.gltf()).topology().albedo[0], 0x0080FFu);
 }
 
 /// The triangle with texture coordinates and a clamped texture of images[0], which is not there.
@@ -41,7 +43,7 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
     builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/png"}}};
     const std::string glb = builder.glb();
     const OpenedGltf scene(glb, {}, "scene.glb");
-    const SceneTextures* textures = scene.animation().textures();
+    const SceneTextures* textures = scene.animation->textures();
     ASSERT_NE(textures, nullptr);
     ASSERT_EQ(textures->files.size(), 1u);
     EXPECT_TRUE(textures->files[0].clamp);
@@ -55,9 +57,9 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
 
     builder.json["images"] = {{{"uri", "../colours.png"}}};
     const OpenedGltf outside(builder.glb(), {}, "scene.glb");
-    EXPECT_EQ(outside.animation().textures(), nullptr);
-    ASSERT_EQ(outside.warnings().size(), 1u);
-    EXPECT_NE(outside.warnings()[0].find("outside of the scene's folder"), std::string::npos);
+    EXPECT_EQ(outside.animation->textures(), nullptr);
+    ASSERT_EQ(outside.warnings.size(), 1u);
+    EXPECT_TRUE(has(outside.warnings[0], "outside of the scene's folder"));
 }
 
 TEST(GltfMaterials, TexturesInDataUris) {
@@ -68,9 +70,9 @@ TEST(GltfMaterials, TexturesInDataUris) {
     builder.json["materials"].push_back(
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}}}}}});
     const OpenedGltf scene(builder.gltf());
-    EXPECT_TRUE(scene.warnings().empty());
-    ASSERT_NE(scene.animation().textures(), nullptr);
-    const std::vector<TextureFile>& files = scene.animation().textures()->files;
+    EXPECT_TRUE(scene.warnings.empty());
+    ASSERT_NE(scene.animation->textures(), nullptr);
+    const std::vector<TextureFile>& files = scene.animation->textures()->files;
     ASSERT_EQ(files.size(), 2u);
     ASSERT_NE(files[0].content, nullptr);
     EXPECT_EQ(*files[0].content, std::string("\1\2\3\4\5"));
@@ -91,45 +93,44 @@ TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
           {"data:image/png;base64,", "has no bytes"}}) {
         builder.json["images"] = {{{"uri", uri}}};
         const OpenedGltf scene(builder.gltf());
-        EXPECT_EQ(scene.animation().textures(), nullptr);
-        ASSERT_EQ(scene.warnings().size(), 1u) << uri;
-        EXPECT_NE(scene.warnings()[0].find(std::string("scene.gltf: warning: images[0].uri: ") +
-                                           warning + "; its triangles have their colour alone"),
-                  std::string::npos)
-            << scene.warnings()[0];
+        EXPECT_EQ(scene.animation->textures(), nullptr);
+        ASSERT_EQ(scene.warnings.size(), 1u) << uri;
+        EXPECT_TRUE(has(scene.warnings[0], std::string("scene.gltf: warning: images[0].uri: ") +
+                                               warning +
+                                               "; its triangles have their colour alone"));
     }
 }
 
 TEST(GltfMaterials, WhatDoesNotFitIsLeftOutAndItsTrianglesAreNot) {
-    const std::vector<std::pair<std::function<void(Json&)>, const char*>> changes = {
-        {[](Json& j) { j["meshes"][0]["primitives"][0]["material"] = 7; },
+    const struct {
+        const char* pointer;
+        const char* value;
+        const char* warning;
+    } changes[] = {
+        {"/meshes/0/primitives/0/material", "7",
          "primitives[0].material: is 7, but there are 1 materials; left out"},
-        {[](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 9; },
+        {"/meshes/0/primitives/0/attributes/NORMAL", "9",
          "attributes.NORMAL: is 9, but there are 2 accessors; left out"},
-        {[](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 0; },
+        {"/meshes/0/primitives/0/attributes/TEXCOORD_0", "0",
          "accessors[0].type: must be VEC2 here; left out"},
-        {[](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 0; },
+        {"/meshes/0/primitives/0/attributes/COLOR_0", "0",
          "attributes.COLOR_0: colours of vertices are not read; left out"},
-        {[](Json& j) { j["textures"][0]["source"] = 3; }, "textures[0].source: is 3, but there"},
-        {[](Json& j) { j["textures"][0]["sampler"] = 3; }, "textures[0].sampler: is 3, but there"},
-        {[](Json& j) {
-             j["images"][0] = {{"bufferView", 99}};
-         },
-         "images[0].bufferView: is 99"},
-        {[](Json& j) { j["images"][0] = 5; }, "images[0]: must be an object"},
-        {[](Json& j) { j["materials"][0] = Json::array(); }, "materials[0]: must be an object"},
-        {[](Json& j) { j["materials"][0]["alphaMode"] = 1; },
-         "materials[0].alphaMode: must be a string; its triangles have their colour alone"}};
+        {"/textures/0/source", "3", "textures[0].source: is 3, but there"},
+        {"/textures/0/sampler", "3", "textures[0].sampler: is 3, but there"},
+        {"/images/0", R"({"bufferView": 99})", "images[0].bufferView: is 99"},
+        {"/images/0", "5", "images[0]: must be an object"},
+        {"/materials/0", "[]", "materials[0]: must be an object"},
+        {"/materials/0/alphaMode", "1",
+         "materials[0].alphaMode: must be a string; its triangles have their colour alone"},
+    };
     GltfBuilder builder = textured_triangle();
     builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
     const Json good = Json::parse(builder.gltf());
-    for (const auto& [change, warning] : changes) {
-        Json json = good;
-        change(json);
-        const OpenedGltf scene(json.dump());
-        EXPECT_EQ(scene.animation().topology().triangles.size(), 1u);
-        ASSERT_EQ(scene.warnings().size(), 1u) << warning;
-        EXPECT_NE(scene.warnings()[0].find(warning), std::string::npos) << scene.warnings()[0];
+    for (const auto& [pointer, value, warning] : changes) {
+        const OpenedGltf scene(changed(good, pointer, value).dump());
+        EXPECT_EQ(scene.topology().triangles.size(), 1u);
+        ASSERT_EQ(scene.warnings.size(), 1u) << warning;
+        EXPECT_TRUE(has(scene.warnings[0], warning));
     }
 }
 
@@ -139,8 +140,8 @@ TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
     Json& material = builder.json["materials"][0];
     const auto cutoff = [&] {
         const OpenedGltf scene(builder.gltf());
-        EXPECT_TRUE(scene.warnings().empty());
-        return scene.animation().textures()->files.at(0).alpha_cutoff;
+        EXPECT_TRUE(scene.warnings.empty());
+        return scene.animation->textures()->files.at(0).alpha_cutoff;
     };
     EXPECT_EQ(cutoff(), 0);
     material["alphaCutoff"] = 0.25;
@@ -165,10 +166,146 @@ TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
         Json(builder.json["meshes"][0]["primitives"][0]));
     builder.json["meshes"][0]["primitives"][1]["material"] = 1;
     const OpenedGltf both(builder.gltf());
-    ASSERT_EQ(both.animation().textures()->files.size(), 2u);
-    EXPECT_EQ(both.animation().textures()->files[0].alpha_cutoff, 0.5f);
-    EXPECT_EQ(both.animation().textures()->files[1].alpha_cutoff, 0);
-    EXPECT_EQ(both.animation().textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
+    ASSERT_EQ(both.animation->textures()->files.size(), 2u);
+    EXPECT_EQ(both.animation->textures()->files[0].alpha_cutoff, 0.5f);
+    EXPECT_EQ(both.animation->textures()->files[1].alpha_cutoff, 0);
+    EXPECT_EQ(both.animation->textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
+}
+
+TEST(GltfExtensions, ThatDoNotConcernTrianglesAreLeftOutWithOneWarning) {
+    GltfBuilder builder = triangle_file();
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    builder.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_mesh_quantization"};
+    const OpenedGltf used(builder.gltf());
+    EXPECT_TRUE(used.warnings.empty());
+    builder.json["extensionsRequired"] = {"KHR_mesh_quantization",   "KHR_lights_punctual",
+                                          "KHR_materials_clearcoat", "KHR_materials_of_tomorrow",
+                                          "EXT_texture_webp",        "KHR_texture_transform"};
+    const OpenedGltf required(builder.gltf());
+    EXPECT_EQ(required.at(0), used.at(0));
+    ASSERT_EQ(required.warnings.size(), 1u);
+    EXPECT_TRUE(has(required.warnings[0],
+                    "scene.gltf: warning: extensionsRequired[1]: "
+                    "'KHR_lights_punctual' is required, but not read; left "
+                    "out"));
+    EXPECT_TRUE(has(required.warnings[0], "3 more"));
+}
+
+TEST(GltfExtensions, ThatMayConcernTrianglesAreRefusedIfTheyAreRequired) {
+    GltfBuilder builder = triangle_file();
+    for (const char* const name : {"KHR_draco_mesh_compression", "ACME_shapes", "KHR_lights"}) {
+        builder.json["extensionsUsed"] = {name};
+        builder.json.erase("extensionsRequired");
+        EXPECT_EQ(gltf_error(builder.gltf()), "");
+        builder.json["extensionsRequired"] = {"KHR_lights_punctual", name};
+        EXPECT_EQ(gltf_error(builder.gltf()),
+                  std::string("scene.gltf: extensionsRequired[1]: the extension '") + name +
+                      "' is required, but not known; write the file without it");
+    }
+}
+
+TEST(GltfExtensions, ThatChangeShapesAreNamedEachIfTheyAreUsed) {
+    GltfBuilder builder = triangle_file();
+    builder.json["extensionsUsed"] = {"KHR_animation_pointer", "KHR_lights_punctual",
+                                      "KHR_node_visibility"};
+    const OpenedGltf used(builder.gltf());
+    ASSERT_EQ(used.warnings.size(), 2u);
+    EXPECT_TRUE(has(used.warnings[0], "'KHR_animation_pointer' changes shapes"));
+    EXPECT_TRUE(has(used.warnings[1], "'KHR_node_visibility' changes shapes"));
+}
+
+TEST(GltfExtensions, InstancesOfAMeshAreShownBelowItsNode) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    const int places = builder.add_accessor<float>({0, 0, 0, 3, 0, 0, 0, 0, 5}, "VEC3");
+    // About z by 0, 90 and 0 degrees.
+    const float half = std::sqrt(0.5f);
+    const int turns =
+        builder.add_accessor<float>({0, 0, 0, 1, 0, 0, half, half, 0, 0, 0, 1}, "VEC4");
+    const int sizes = builder.add_accessor<float>({1, 1, 1, 2, 2, 2, 1, 1, -1}, "VEC3");
+    builder.add(
+        "nodes",
+        {{"mesh", mesh},
+         {"translation", {10, 0, 0}},
+         {"extensions",
+          {{"EXT_mesh_gpu_instancing",
+            {{"attributes", {{"TRANSLATION", places}, {"ROTATION", turns}, {"SCALE", sizes}}}}}}}});
+    builder.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+    builder.add_animation(0, "translation", {0, 1},
+                          builder.add_accessor<float>({10, 0, 0, 20, 0, 0}, "VEC3"));
+    const OpenedGltf scene(builder.gltf(), {.fps = 1});
+    EXPECT_TRUE(scene.warnings.empty());
+    ASSERT_EQ(scene.topology().triangles.size(), 3u);
+    const std::vector<vec3> first = scene.at(0);
+    ASSERT_EQ(first.size(), 9u);
+    expect_point(first[1], 11, 0, 0);
+    expect_point(first[3], 13, 0, 0);
+    expect_point(first[4], 13, 2, 0);
+    expect_point(first[6], 10, 0, 5);
+    // The third one is mirrored.
+    EXPECT_EQ(scene.topology().triangles[0], uvec3(0, 1, 2));
+    EXPECT_EQ(scene.topology().triangles[2], uvec3(6, 8, 7));
+    expect_point(scene.at(1)[4], 23, 2, 0);
+
+    builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] =
+        builder.add_accessor<float>({1, 1, 1}, "VEC3");
+    EXPECT_TRUE(has(gltf_error(builder.gltf()), "has 1 elements, but another attribute 3"));
+    // Instances are no nodes of the file.
+    builder.json["nodes"][0].erase("extensions");
+    builder.json["scenes"] = {{{"nodes", {1}}}};
+    EXPECT_TRUE(has(gltf_error(builder.gltf()), "scenes[0].nodes[0]"));
+}
+
+/// The points of a texture that a triangle shows whose (u, v) are (0, 0), (1, 0) and (0.25, 0.5)
+/// in the file, v from the top.
+Texcoords shown_with(const Json& texture_info) {
+    GltfBuilder builder;
+    const int positions = builder.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3");
+    const int texcoords = builder.add_accessor<float>({0, 0, 1, 0, 0.25f, 0.5f}, "VEC2");
+    const int others = builder.add_accessor<float>({9, 9, 9, 9, 9, 9}, "VEC2");
+    const int mesh = builder.add_mesh(
+        {{"POSITION", positions}, {"TEXCOORD_0", texcoords}, {"TEXCOORD_1", others}},
+        {{"material", 0}});
+    builder.add("nodes", {{"mesh", mesh}});
+    Json info = {{"index", 0}};
+    info.update(texture_info);
+    builder.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", info}}}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_TRUE(scene.warnings.empty());
+    return scene.animation->textures()->texcoords.at(0);
+}
+
+Json transformed(const Json& transform) {
+    return {{"extensions", {{"KHR_texture_transform", transform}}}};
+}
+
+TEST(GltfTextureTransform, ScalesTurnsAndMoves) {
+    const Texcoords plain = {Texcoord{0, 1}, {1, 1}, {0.25f, 0.5f}};
+    EXPECT_EQ(shown_with(Json::object()), plain);
+    EXPECT_EQ(shown_with(transformed(Json::object())), plain);
+    EXPECT_EQ(shown_with(transformed({{"offset", {0.5, 0.25}}})),
+              (Texcoords{Texcoord{0.5f, 0.75f}, {1.5f, 0.75f}, {0.75f, 0.25f}}));
+    EXPECT_EQ(shown_with(transformed({{"offset", {0, 1}}, {"scale", {2, -1}}})),
+              (Texcoords{Texcoord{0, 0}, {2, 0}, {0.5f, 0.5f}}));
+    // The example of the extension: the lower left quarter of the image, turned.
+    const Texcoords turned = shown_with(
+        transformed({{"offset", {0, 1}}, {"rotation", 1.5707963267948966}, {"scale", {0.5, 0.5}}}));
+    const Texcoords expected = {Texcoord{0, 0}, {0, 0.5f}, {0.25f, 0.125f}};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(turned[i].u, expected[i].u) << i;
+        EXPECT_EQ(turned[i].v, expected[i].v) << i;
+    }
+}
+
+TEST(GltfTextureTransform, MayNameOtherCoordinates) {
+    Json info = transformed({{"texCoord", 0}});
+    info["texCoord"] = 1;
+    EXPECT_EQ(shown_with(info)[0], (Texcoord{0, 1}));
+    info["extensions"] = Json::object();
+    EXPECT_EQ(shown_with(info)[0], (Texcoord{9, -8}));
 }
 
 }  // namespace

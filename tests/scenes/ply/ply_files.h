@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -34,25 +35,20 @@ void append_ply_value(std::string& bytes, double value, bool is_big_endian) {
 
 inline void append_ply_value(std::string& bytes, const std::string& type, double value,
                              PlyEncoding encoding) {
-    const bool big = encoding == PlyEncoding::kBigEndian;
+    using Append = void (*)(std::string&, double, bool);
+    static const std::map<std::string, Append> appends = {
+        {"char", append_ply_value<std::int8_t>},     {"int8", append_ply_value<std::int8_t>},
+        {"uchar", append_ply_value<std::uint8_t>},   {"uint8", append_ply_value<std::uint8_t>},
+        {"short", append_ply_value<std::int16_t>},   {"int16", append_ply_value<std::int16_t>},
+        {"ushort", append_ply_value<std::uint16_t>}, {"uint16", append_ply_value<std::uint16_t>},
+        {"int", append_ply_value<std::int32_t>},     {"int32", append_ply_value<std::int32_t>},
+        {"uint", append_ply_value<std::uint32_t>},   {"uint32", append_ply_value<std::uint32_t>},
+        {"float", append_ply_value<float>},          {"float32", append_ply_value<float>},
+        {"double", append_ply_value<double>},        {"float64", append_ply_value<double>}};
     if (encoding == PlyEncoding::kText)
         bytes += fmt::format("{} ", value);
-    else if (type == "char" || type == "int8")
-        append_ply_value<std::int8_t>(bytes, value, big);
-    else if (type == "uchar" || type == "uint8")
-        append_ply_value<std::uint8_t>(bytes, value, big);
-    else if (type == "short" || type == "int16")
-        append_ply_value<std::int16_t>(bytes, value, big);
-    else if (type == "ushort" || type == "uint16")
-        append_ply_value<std::uint16_t>(bytes, value, big);
-    else if (type == "int" || type == "int32")
-        append_ply_value<std::int32_t>(bytes, value, big);
-    else if (type == "uint" || type == "uint32")
-        append_ply_value<std::uint32_t>(bytes, value, big);
-    else if (type == "float" || type == "float32")
-        append_ply_value<float>(bytes, value, big);
     else
-        append_ply_value<double>(bytes, value, big);
+        appends.at(type)(bytes, value, encoding == PlyEncoding::kBigEndian);
 }
 
 inline std::string ply_format(PlyEncoding encoding) {

@@ -4,10 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
 
+#include "common/base/aligned_vector.h"
 #include "common/bvh/builder/binary_tree.h"
+#include "common/bvh/builder/split.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
 
@@ -16,6 +22,8 @@ namespace {
 
 using test::adversarial_scenes;
 using test::NamedScene;
+using test::Random;
+using test::Shape;
 using test::TestScene;
 
 Bvh build(const TestScene& scene, const BuildConfig& config = {}) {
@@ -171,6 +179,184 @@ TEST(CountDegenerate, CountsBothKinds) {
     const DegenerateCount count = count_degenerate(scene.topology(), scene.positions());
     EXPECT_EQ(count.zero_area, 2u);
     EXPECT_EQ(count.left_out, 3u);
+}
+
+/// A row of small boxes, and a large one about the middle of them.
+AlignedVector<PrimRef> row_with_a_beam(std::uint32_t count, std::uint32_t beam) {
+    AlignedVector<PrimRef> refs;
+    for (std::uint32_t id = 0; id < count; ++id) {
+        const auto x = static_cast<float>(id);
+        refs.push_back(PrimRef({{x, 0, 0}, {x + 1, 1, 1}}, id));
+    }
+    refs[beam] = PrimRef({{0, -4, -4}, {static_cast<float>(count), 5, 5}}, beam);
+    return refs;
+}
+
+TEST(SplitByArea, DividesALargeBoxFromTheOthers) {
+    const AlignedVector<PrimRef> refs = row_with_a_beam(100, 40);
+    AlignedVector<PrimRef> out(refs.size(), PrimRef(Box(), 0));
+    const PartSize by_bins = split_binned(refs, out.data());
+    float largest = std::numeric_limits<float>::infinity();
+    const PartSize by_area = split_by_area(refs, out.data(), refs.size(), by_bins, largest);
+    EXPECT_EQ(largest, refs[40].area());
+    ASSERT_EQ(by_area.refs, 1u);
+    EXPECT_EQ(by_area.triangles, 1u);
+    EXPECT_LT(by_area.cost, by_bins.cost);
+    // Half areas 1881 and 201, times the triangles and 12.
+    EXPECT_EQ(by_area.cost, 1881.0f * 13 + 201.0f * 111);
+    EXPECT_EQ(out[0].prim_id(), 40u);
+    for (std::uint32_t i = 1; i < 100; ++i) EXPECT_EQ(out[i].prim_id(), i <= 40 ? i - 1 : i);
+}
+
+TEST(SplitByArea, LeavesOtherSetsAlone) {
+    AlignedVector<PrimRef> refs = row_with_a_beam(100, 40);
+    refs[40] = PrimRef({{40, 0, 0}, {41, 1, 1}}, 40);
+    AlignedVector<PrimRef> out(refs.size(), PrimRef(Box(), 0));
+    const PartSize by_bins = split_binned(refs, out.data());
+    const AlignedVector<PrimRef> divided = out;
+    float largest = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(split_by_area(refs, out.data(), refs.size(), by_bins, largest).refs, 0u);
+    EXPECT_EQ(std::memcmp(out.data(), divided.data(), refs.size() * sizeof(PrimRef)), 0);
+}
+
+TEST(PairRefs, AreNeighboursThatShareAnEdgeAndFillTheirBox) {
+    // A triangle twice, whose second one is half a square; one that is elsewhere; two that meet in
+    // an edge of a cube.
+    const std::vector<vec3> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                         {0, 0, 1}, {9, 0, 0}, {9, 1, 0}, {9, 0, 1}};
+    Topology topology;
+    topology.triangles = {{0, 1, 2}, {0, 1, 2}, {0, 2, 3}, {5, 6, 7}, {0, 1, 3}, {0, 1, 4}};
+    topology.vertex_count = static_cast<std::uint32_t>(positions.size());
+    AlignedVector<PrimRef> refs(topology.triangles.size(), PrimRef(Box(), 0));
+    make_refs(topology, positions, 0, refs);
+    ASSERT_EQ(pair_refs(topology, refs), 5u);
+    const std::uint32_t ids[] = {0, 1, 3, 4, 5};
+    for (std::size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(refs[i].prim_id(), ids[i]) << i;
+        EXPECT_EQ(refs[i].triangle_count(), i == 1 ? 2u : 1u) << i;
+    }
+    EXPECT_EQ(refs[1].box(), (Box{{0, 0, 0}, {1, 1, 0}}));
+}
+
+namespace shapes = test::shapes;
+
+// Scenes that were made to be slow: the tree is as deep as any, its memory and the steps of rays
+// grow in proportion to the triangles.
+struct HostileScene {
+    const char* name;
+    Shape (*make)(Random& random, int triangles);
+};
+
+Shape coincident(int count) {
+    Shape shape;
+    for (int i = 0; i < count; ++i) shape.add_triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    return shape;
+}
+
+/// Triangles about one axis whose sizes halve again and again: splits that are as uneven as can be.
+Shape nested(int count) {
+    Shape shape;
+    for (int i = 0; i < count; ++i) {
+        const double s = std::exp2(-100.0 * i / count);
+        const double z = 1e-3 * i / count;
+        shape.add_triangle({-s, -s, z}, {s, -s, z}, {0, s, z});
+    }
+    return shape;
+}
+
+Shape scaled(Shape shape, const test::dvec3& by) {
+    for (test::dvec3& p : shape.positions) p *= by;
+    return shape;
+}
+
+const HostileScene kScenes[] = {
+    {"repeated",
+     [](Random&, int n) {
+         Shape shape = coincident(1);
+         shape.triangles.resize(static_cast<std::size_t>(n), {0, 1, 2});
+         return shape;
+     }},
+    {"coincident", [](Random&, int n) { return coincident(n); }},
+    {"overlapping", [](Random& r, int n) { return shapes::soup(r, n, 1); }},
+    {"extents of 1e38",
+     [](Random& r, int n) { return scaled(shapes::soup(r, n, 1), test::dvec3(1e38)); }},
+    // Beside one triangle of extent 1e38 the others coincide.
+    {"outlier",
+     [](Random& r, int n) {
+         Shape shape = scaled(shapes::soup(r, n - 1, 1), test::dvec3(1e-38));
+         shape.add_triangle({-1e38, -1e38, 0}, {1e38, -1e38, 0}, {0, 1e38, 0});
+         return shape;
+     }},
+    {"one plane",
+     [](Random& r, int n) {
+         return scaled(shapes::soup(r, n, 1 / std::sqrt(n)), {1, 1, 0});
+     }},
+    {"nested", [](Random&, int n) { return nested(n); }},
+    // Triangles far apart share vertices.
+    {"scattered",
+     [](Random& r, int n) {
+         return shapes::shared_vertices(r, n, static_cast<std::uint32_t>(n / 2));
+     }},
+    {"not finite",
+     [](Random&, int n) {
+         return scaled(coincident(n), {NAN, NAN, NAN});
+     }},
+};
+
+TestScene make(const HostileScene& hostile, int triangles) {
+    Random random(3);
+    return hostile.make(random, triangles);
+}
+
+/// Bytes of the tree with its tables.
+std::uint64_t bytes_of(const Bvh& bvh) {
+    return bvh.nodes.size() * (sizeof(Node) + sizeof(std::uint32_t)) +
+           bvh.leaves.size() * (sizeof(Leaf) + (kLeafVertices + 1) * sizeof(std::uint32_t));
+}
+
+/// The steps of 64 rays through the scene.
+std::uint64_t steps_of(const Bvh& bvh) {
+    std::uint64_t steps = 0;
+    Random random(1);
+    for (int i = 0; i < 64; ++i) {
+        const vec3 org = snap_point(random.point(3 * kSceneExtent));
+        const vec3 dir = canonical_direction(snap_point(random.point(kSceneExtent)) - org);
+        steps += cpu::count_steps(bvh, {org, 0, dir, kInfiniteT}, no_hit());
+    }
+    return steps;
+}
+
+TEST(HostileScenes, HaveTreesOfBoundedDepthAndMemory) {
+    for (const HostileScene& hostile : kScenes) {
+        const TestScene scene = make(hostile, 20'000);
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        EXPECT_EQ(test::check_bvh(bvh, scene.topology(), scene.positions()),
+                  std::vector<std::string>{})
+            << hostile.name;
+        EXPECT_LE(bvh.depth(), kMaxDepth) << hostile.name;
+        // A leaf holds any five triangles, and a node two children or more.
+        if (bvh.leaves.size() > 1) {
+            EXPECT_GE(bvh_stats(bvh).triangles_per_leaf, 1.75) << hostile.name;
+        }
+        EXPECT_LE(bytes_of(bvh), 256u * scene.triangle_count()) << hostile.name;
+    }
+}
+
+TEST(HostileScenes, TakeStepsInProportionToTheTriangles) {
+    for (const HostileScene& hostile : kScenes) {
+        std::uint64_t last = 0;
+        for (const int count : {4'000, 16'000, 64'000}) {
+            const TestScene scene = make(hostile, count);
+            const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+            const std::uint64_t steps = steps_of(bvh);
+            EXPECT_LE(steps, 64u * (bvh.nodes.size() + bvh.leaves.size())) << hostile.name;
+            // Four times the triangles, and some more where the tree is deeper.
+            if (last > 0) {
+                EXPECT_LE(steps, 5 * last) << hostile.name;
+            }
+            last = steps;
+        }
+    }
 }
 
 }  // namespace

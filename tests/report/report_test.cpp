@@ -1,13 +1,50 @@
-#include "report/compare.h"
-
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
+
+#include "report/compare.h"
+#include "report/shell.h"
+#include "report/spread.h"
+#include "report/table.h"
 
 namespace mray {
 namespace {
+
+TEST(Shell, SurvivesAShell) {
+    EXPECT_EQ(shell_quoted("builtin:cloth:100"), "builtin:cloth:100");
+    EXPECT_EQ(shell_quoted(""), "''");
+    EXPECT_EQ(shell_quoted("a b"), "'a b'");
+    EXPECT_EQ(shell_quoted("it's $HOME"), "'it'\\''s $HOME'");
+    const std::vector<std::string> arguments = {"morphray", "a b"};
+    EXPECT_EQ(shell_line(arguments), "morphray 'a b'");
+}
+
+TEST(Spread, IsTheMiddleHalfInPercentOfTheMedian) {
+    const Spread spread = spread_of(std::vector<double>{5, 1, 2, 4, 3});
+    EXPECT_EQ(spread.least, 1);
+    EXPECT_EQ(spread.median, 3);
+    EXPECT_EQ(spread.percent, 100.0 * 2 / 3);
+    const Spread even = spread_of(std::vector<double>{1, 8, 4, 2});
+    EXPECT_EQ(even.median, 3);
+    EXPECT_EQ(even.percent, 100 * (5 - 1.75) / 3);
+}
+
+TEST(Table, AlignsNumbersRightAndTextLeft) {
+    Table table({"n", "name"});
+    table.add({"1", "a"});
+    table.add({"100", "bcd"});
+    EXPECT_EQ(table.text(), "  n  name\n  1  a\n100  bcd\n");
+}
+
+TEST(Table, QuotesCellsOfCsv) {
+    Table table({"a", "b"});
+    table.add({"1,2", "say \"x\""});
+    EXPECT_EQ(table.csv(), "a,b\n\"1,2\",\"say \"\"x\"\"\"\n");
+}
 
 constexpr std::uint32_t kGrey = 0xFF808080;
 

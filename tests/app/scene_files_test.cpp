@@ -1,5 +1,5 @@
-// Every command that reads scenes decides alike about a file: accepted, refused, or accepted by
-// --lenient alone.
+// Files of scenes on the command line: every command decides alike about one, and the options of
+// glTF files.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,8 +13,6 @@
 
 namespace mray::test {
 namespace {
-
-using Words = std::vector<std::string>;
 
 /// How each command is told to read a scene, whose name goes behind the first word.
 const std::vector<Words> kCommands = {
@@ -114,6 +112,86 @@ TEST(MalformedFiles, ADamagedTextureRefusesLitImagesAlone) {
             << command[0];
     EXPECT_EQ(run_on(kCommands[4], scene, folder, {"--shading", "plain"}).code, 0);
     EXPECT_EQ(run_on(kCommands[4], scene, folder, {"--lenient"}).code, 0);
+}
+
+/// A triangle that moves 24 to the right in two seconds, and one that stays.
+std::string moving_glb() {
+    GltfBuilder builder = triangle_file();
+    builder.add_animation(0, "translation", {0, 2},
+                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
+    builder.json["animations"][0]["name"] = "slide";
+    return builder.glb();
+}
+
+Outcome render(const std::string& scene, const TemporaryFolder& folder, Words more) {
+    more.insert(more.begin(), {"render", scene, "--backend", "cpu", "--size", "8x8", "--samples",
+                               "1", "--out", folder.file("out")});
+    return run(more);
+}
+
+/// The answer to a ray down onto (x + 0.25, 0.25).
+std::string trace(const std::string& scene, int x, Words more) {
+    more.insert(more.begin(), {"trace", scene, "--rays", "-", "--out", "-"});
+    return run(more, {.input = std::to_string(x) + ".25 0.25 1 0 0 -1\n"}).out;
+}
+
+TEST(GltfProgram, FramesAreSecondsTimesFps) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    const std::string hit = "H 1 0 0.25 0.25\n";
+    EXPECT_EQ(trace(scene, 0, {}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--frame", "12"}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--frame", "5", "--fps", "10"}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--frame", "5", "--fps", "10", "--animation", "slide"}), hit);
+    EXPECT_EQ(trace(scene, 24, {"--frame", "24"}), "M\n");
+}
+
+TEST(GltfProgram, InfoShowsTheTime) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    EXPECT_TRUE(has(run({"info", scene}).out, "frames          0 to 48 (2 s, 24 a second)\n"));
+    EXPECT_EQ(Json::parse(run({"info", scene, "--json", "-", "--fps", "30"}).out)["fps"], 30);
+}
+
+TEST(GltfProgram, InfoListsTheAnimations) {
+    const TemporaryFolder folder;
+    GltfBuilder builder = triangle_file();
+    builder.add_animation(0, "translation", {0, 2},
+                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
+    builder.json["animations"][0]["name"] = "slide";
+    builder.add_animation(0, "scale", {0, 0.5f},
+                          builder.add_accessor<float>({1, 1, 1, 2, 2, 2}, "VEC3"));
+    const std::string scene = folder.write("a.glb", builder.glb());
+    EXPECT_TRUE(has(run({"info", scene}).out,
+                    "animation       0 'slide', shown\n"
+                    "animation       1\n"));
+    const Outcome chosen = run({"info", scene, "--animation", "1", "--json", "-"});
+    EXPECT_EQ(chosen.err, "");
+    const Json expected = {{{"index", 0}, {"name", "slide"}, {"shown", false}},
+                           {{"index", 1}, {"name", ""}, {"shown", true}}};
+    EXPECT_EQ(Json::parse(chosen.out)["animations"], expected);
+    EXPECT_EQ(Json::parse(run({"info", "builtin:cloth:500", "--json", "-"}).out)["animations"],
+              Json::array());
+}
+
+TEST(GltfProgram, AnUnknownAnimationIsAUsageError) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run({"info", folder.write("b.glb", moving_glb()), "--animation", "x"});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_TRUE(has(outcome.err, "choose one of 0 'slide'"));
+}
+
+TEST(GltfProgram, TheCommandInAnImageRendersItAgain) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    EXPECT_EQ(
+        render(scene, folder, {"--animation", "slide", "--fps", "10", "--frames", "5.5"}).code, 0);
+    const std::filesystem::path image = folder.path() / "out/frame_0005.5.png";
+    Words command = source_of(image);
+    command.insert(command.end(), {"--out", folder.file("again")});
+    const Outcome again = run(command);
+    EXPECT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(read_file(image), read_file(folder.path() / "again/frame_0005.5.png"));
 }
 
 }  // namespace

@@ -1,0 +1,675 @@
+// Rays and points of reports by users of other tools, on each device that answers. Expected values
+// come from rational arithmetic on the floats given.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::ClosestPoint;
+using morphray::Crossing;
+using morphray::FillRule;
+using morphray::Hit;
+using morphray::Ray;
+using morphray::Scene;
+using morphray::Vec3;
+
+/// Reports are named by their project and number there.
+class Reports : public ::testing::TestWithParam<const char*> {
+protected:
+    void SetUp() override {
+        if (GetParam() == std::string("vulkan") && !has_vulkan()) GTEST_SKIP() << "no device";
+    }
+
+    Scene build(const UserMesh& mesh) const { return build(std::vector{mesh}); }
+    /// The meshes must outlive the scene.
+    Scene build(const std::vector<UserMesh>& meshes) const {
+        std::vector<morphray::MeshView> views;
+        for (const UserMesh& mesh : meshes) views.push_back(mesh.view(false));
+        return Scene::build(views, device());
+    }
+
+private:
+    static bool has_vulkan() {
+        try {
+            morphray::Device::vulkan();
+            return true;
+        } catch (const morphray::Error&) {
+            return false;
+        }
+    }
+    morphray::Device device() const {
+        const std::string name = GetParam();
+        if (name == "brute") return morphray::Device::brute_force();
+        if (name == "vulkan") return morphray::Device::vulkan();
+        return morphray::Device::cpu({.simd = name == "off" ? "off" : ""});
+    }
+};
+
+/// A ray from `org` along `dir`.
+Ray ray(Vec3 org, Vec3 dir) { return {.org = org, .dir = dir}; }
+
+::testing::AssertionResult is_within_an_ulp(float value, double exact) {
+    const auto nearest = static_cast<float>(exact);
+    if (value >= std::nextafter(nearest, -INFINITY) && value <= std::nextafter(nearest, INFINITY))
+        return ::testing::AssertionSuccess();
+    return ::testing::AssertionFailure() << value << " instead of " << exact;
+}
+
+/// All hits of a ray, nearest first.
+std::vector<Hit> all_hits(const Scene& scene, const Ray& ray, Crossing crossing) {
+    return scene.intersect_all(std::span(&ray, 1), {.crossing = crossing}).hits;
+}
+
+/// A box, counter-clockwise as seen from outside; corner i has the upper x, y, z of its bits.
+UserMesh box(Vec3 lower, Vec3 upper) {
+    UserMesh mesh;
+    for (int i = 0; i < 8; ++i) {
+        mesh.points.push_back({(i & 1) != 0 ? upper.x : lower.x, (i & 2) != 0 ? upper.y : lower.y,
+                               (i & 4) != 0 ? upper.z : lower.z});
+    }
+    mesh.triangles = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                      2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    return mesh;
+}
+
+UserMesh tetrahedron() { return UserMesh(TestScene(shapes::tetrahedron())); }
+
+/// A square [lower, upper] x [lower, upper] of two triangles at z = 0.
+UserMesh square(float lower, float upper) {
+    UserMesh mesh;
+    mesh.points = {{lower, lower, 0}, {upper, lower, 0}, {upper, upper, 0}, {lower, upper, 0}};
+    mesh.triangles = {0, 1, 2, 0, 2, 3};
+    return mesh;
+}
+
+/// (0, 0, 0), (side, 0, 0), (0, side, 0).
+UserMesh triangle(float side) {
+    UserMesh mesh;
+    mesh.points = {{0, 0, 0}, {side, 0, 0}, {0, side, 0}};
+    mesh.triangles = {0, 1, 2};
+    return mesh;
+}
+
+TEST_P(Reports, Oblikovati2146AQuadIsHitOnItsDiagonal) {
+    const Scene scene = build(square(-5, 5));
+    const Ray diagonal = ray({0, 0, 10}, {0.30458447f, 0.30458447f, -0.9024725f});
+    const Hit hit = scene.intersect(diagonal);
+    EXPECT_EQ(hit.prim_id, 0u);
+    EXPECT_TRUE(is_within_an_ulp(hit.t, 11.080670096828632));
+    EXPECT_EQ(all_hits(scene, diagonal, Crossing::each).size(), 2u);
+    EXPECT_EQ(all_hits(scene, diagonal, Crossing::owner).size(), 1u);
+}
+
+TEST_P(Reports, Tinybvh283SmallTrianglesAreHit) {
+    for (const auto& [size, distance] :
+         {std::pair(2e-4f, 1.0f), {1e-6f, 1e-3f}, {1e-12f, 1e-9f}, {1e-20f, 1e-17f}}) {
+        const Hit hit =
+            build(triangle(size)).intersect(ray({size / 3, size / 3, -distance}, {0, 0, 1}));
+        EXPECT_EQ(hit.prim_id, 0u) << size;
+        EXPECT_TRUE(is_within_an_ulp(hit.t, distance)) << size;
+    }
+}
+
+TEST_P(Reports, Libigl2408ScaledMeshesKeepTheirHits) {
+    const UserMesh mesh = UserMesh(star(3, 4));
+    const std::vector<Ray> rays = world_rays(mesh, 200, 2408);
+    const std::vector<Hit> expected = hits_of(build(mesh), rays);
+    for (const int power : {-10, -33}) {
+        const auto scaled = [power](Vec3 p) {
+            return Vec3{std::ldexp(p.x, power), std::ldexp(p.y, power), std::ldexp(p.z, power)};
+        };
+        UserMesh small = mesh;
+        for (Vec3& p : small.points) p = scaled(p);
+        std::vector<Ray> near = rays;
+        for (Ray& r : near) {
+            r.org = scaled(r.org);
+            r.dir = scaled(r.dir);
+        }
+        EXPECT_EQ(hits_of(build(small), near), expected) << power;
+    }
+}
+
+TEST_P(Reports, Amrex5789ALongSegmentBesideATriangleMisses) {
+    const Scene scene = build(triangle(1));
+    for (const float far : {1e9f, 1e5f})
+        EXPECT_FALSE(scene.intersect(ray({0.75f, 0.75f, -far}, {0, 0, 2 * far}))) << far;
+}
+
+TEST_P(Reports, ThreeMeshBvh684ARayThroughAnEdgeHitsIt) {
+    UserMesh mesh;
+    mesh.points = {{-1.3836679458618164f, -4.480311870574951f, 10},
+                   {3.9273109436035156f, 5.897944450378418f, 8},
+                   {-1.3836679458618164f, -4.480311870574951f, 8}};
+    mesh.triangles = {0, 1, 2};
+    const Scene scene = build(mesh);
+    for (const auto& [shift, t] : {std::pair(-0.001, 0.5135076224051648),
+                                   {0.0, 0.5127472330424204},
+                                   {0.001, 0.511986843679676}}) {
+        const Hit hit = scene.intersect(
+            ray({-0.028221702575683627f, static_cast<float>(-2.5058889150619503 + shift), 8},
+                {-0.16852837373762f, 0.9856968028990217f, 0}));
+        EXPECT_EQ(hit.prim_id, 0u) << shift;
+        EXPECT_NEAR(hit.t, t, 1e-6) << shift;
+    }
+}
+
+TEST_P(Reports, ThreeMeshBvh169AndRapier165VerticesAndEdgesOfHeightMapsAreHit) {
+    constexpr std::uint32_t kSide = 8;
+    Random random(169);
+    const UserMesh map(TestScene(
+        shapes::height_map(kSide - 1, kSide - 1, [&](auto...) { return random.below(2); })));
+    const Scene scene = build(map);
+    for (const Vec3& p : map.points)
+        EXPECT_TRUE(is_within_an_ulp(scene.intersect(ray({p.x, p.y, 10}, {0, 0, -1})).t, 10 - p.z));
+    // Along the cells' edges of constant x.
+    for (std::size_t i = 0; i + kSide < map.points.size(); ++i) {
+        const Vec3 a = map.points[i];
+        const Vec3 b = map.points[i + kSide];
+        const Hit hit = scene.intersect(ray({a.x, a.y + 0.25f, 10}, {0, 0, -1}));
+        EXPECT_TRUE(is_within_an_ulp(hit.t, 10 - (0.75 * a.z + 0.25 * b.z)));
+    }
+}
+
+/// The triangles of a height map that contain (x, y), edges included; halves are exact in floats.
+std::size_t triangles_at(const UserMesh& map, float x, float y) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < map.triangles.size(); i += 3) {
+        bool is_within = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 a = map.points[map.triangles[i + k]];
+            const Vec3 b = map.points[map.triangles[i + (k + 1) % 3]];
+            is_within = is_within && (b.x - a.x) * (y - a.y) >= (b.y - a.y) * (x - a.x);
+        }
+        count += is_within;
+    }
+    return count;
+}
+
+TEST_P(Reports, AllHitsOfAHeightMapHaveEachCrossingOnce) {
+    constexpr std::uint32_t kSide = 9;
+    const UserMesh map(
+        TestScene(shapes::height_map(kSide - 1, kSide - 1, [](std::uint32_t x, std::uint32_t y) {
+            const std::uint32_t i = y * kSide + x;
+            return i * i % 5;
+        })));
+    const Scene scene = build(map);
+    std::vector<Ray> rays;
+    // At vertices, at the middles of edges and diagonals.
+    for (std::uint32_t i = 0; i < 4 * kSide * kSide; ++i) {
+        const float x = static_cast<float>(i % (2 * kSide)) / 2;
+        const float y = static_cast<float>(i / (2 * kSide)) / 2;
+        if (x <= kSide - 1 && y <= kSide - 1) rays.push_back(ray({x, y, 8}, {0, 0, -1}));
+    }
+    std::vector<std::uint64_t> counts(rays.size());
+    scene.count(rays, counts);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const std::vector<Hit> hits = all_hits(scene, rays[i], Crossing::once);
+        ASSERT_EQ(hits.size(), 1u) << rays[i].org.x << ' ' << rays[i].org.y;
+        EXPECT_EQ(hits[0], scene.intersect(rays[i]));
+        EXPECT_EQ(counts[i], 1u);
+        EXPECT_FALSE(scene.intersect(rays[i], hits[0], Crossing::once));
+        EXPECT_EQ(all_hits(scene, rays[i], Crossing::each).size(),
+                  triangles_at(map, rays[i].org.x, rays[i].org.y));
+    }
+}
+
+TEST_P(Reports, Pyvista8698ThePoleOfASphereIsCrossedWhateverTheEnd) {
+    // Around each pole ten triangles.
+    constexpr std::uint32_t kSides = 10;
+    UserMesh sphere;
+    sphere.points = {{0, 0, 0.5f}, {0, 0, -0.5f}};
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+        const double around = 2 * std::numbers::pi * i / kSides;
+        sphere.points.push_back({static_cast<float>(0.5 * std::cos(around)),
+                                 static_cast<float>(0.5 * std::sin(around)), 0});
+        const std::uint32_t a = 2 + i;
+        const std::uint32_t b = 2 + (i + 1) % kSides;
+        sphere.triangles.insert(sphere.triangles.end(), {0, a, b, 1, b, a});
+    }
+    const Scene scene = build(sphere);
+    for (const float end : {6.68732940059620f, 6.68732940059621f, 7.0f}) {
+        Ray down = ray({0, 0, 5}, {0, 0, -1});
+        down.tfar = end;
+        const std::vector<Hit> hits = all_hits(scene, down, Crossing::owner);
+        ASSERT_EQ(hits.size(), 2u) << end;
+        EXPECT_TRUE(is_within_an_ulp(hits[0].t, 4.5));
+        EXPECT_TRUE(is_within_an_ulp(hits[1].t, 5.5));
+        EXPECT_EQ(all_hits(scene, down, Crossing::each).size(), 20u);
+    }
+}
+
+TEST_P(Reports, Pyvista4842And5372AndLibigl2026FacesAreCrossedOnceOnTheirDiagonals) {
+    const Scene high = build(box({0, 0, 0}, {10, 10, 6}));
+    const std::vector<Hit> through = all_hits(high, ray({5, 2, -10}, {0, 0, 1}), Crossing::owner);
+    ASSERT_EQ(through.size(), 2u);
+    EXPECT_TRUE(is_within_an_ulp(through[0].t, 10));
+    EXPECT_TRUE(is_within_an_ulp(through[1].t, 16));
+
+    const Scene flat = build(square(-1, 1));
+    const Ray down = ray({0, 0, 1}, {0, 0, -1});
+    for (const Hit& hit : all_hits(flat, down, Crossing::each))
+        EXPECT_TRUE(is_within_an_ulp(hit.t, 1));
+    EXPECT_EQ(all_hits(flat, down, Crossing::each).size(), 2u);
+    EXPECT_EQ(all_hits(flat, down, Crossing::owner).size(), 1u);
+
+    const Scene unit = build(box({-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}));
+    const std::vector<Hit> diagonal =
+        all_hits(unit, ray({1, 0.1f, 0.1f}, {-1, 0, 0}), Crossing::owner);
+    ASSERT_EQ(diagonal.size(), 2u);
+    EXPECT_TRUE(is_within_an_ulp(diagonal[0].t, 0.5));
+    EXPECT_TRUE(is_within_an_ulp(diagonal[1].t, 1.5));
+}
+
+TEST_P(Reports, Fcpw14ACubeIsEnteredAndLeft) {
+    UserMesh cube = box({1.6f, 1.6f, 1.6f}, {14.4f, 14.4f, 14.4f});
+    cube.triangles = {2, 1, 0, 1, 2, 3, 4, 2, 0, 2, 4, 6, 1, 4, 0, 4, 1, 5,
+                      6, 5, 7, 5, 6, 4, 3, 6, 7, 6, 3, 2, 5, 3, 7, 3, 5, 1};
+    const std::vector<Hit> hits =
+        all_hits(build(cube), ray({1, 8, 11.5f}, {1, 0, 0}), Crossing::owner);
+    ASSERT_EQ(hits.size(), 2u);
+    EXPECT_EQ(hits[0].prim_id, 3u);
+    EXPECT_EQ(hits[1].prim_id, 10u);
+    EXPECT_NEAR(hits[0].t, 0.6000000238418579, 1e-6);
+    EXPECT_TRUE(is_within_an_ulp(hits[1].t, 13.399999618530273));
+}
+
+TEST_P(Reports, Pymskt42ThinWallsHaveTwoSides) {
+    const Scene scene = build(box({0, 0, 0}, {0.03f, 0.03f, 0.002f}));
+    const std::vector<Hit> hits =
+        all_hits(scene, ray({0.01f, 0.02f, 1}, {0, 0, -1}), Crossing::each);
+    ASSERT_EQ(hits.size(), 2u);
+    EXPECT_GT(hits[1].t, hits[0].t);
+}
+
+TEST_P(Reports, Physx349AndLibigl2536RangesEndWhereTheySay) {
+    const Scene scene = build(tetrahedron());
+    Ray down = ray({0.25f, 0.25f, 2}, {0, 0, -1});
+    down.tfar = 1.25f;
+    EXPECT_FALSE(scene.intersect(down));
+    down.tfar = 2;
+    EXPECT_TRUE(is_within_an_ulp(scene.intersect(down).t, 1.5));
+    down.tnear = 1.75f;
+    EXPECT_TRUE(is_within_an_ulp(scene.intersect(down).t, 2));
+    const std::vector<Hit> hits = all_hits(scene, down, Crossing::each);
+    ASSERT_EQ(hits.size(), 1u);
+    EXPECT_EQ(hits[0].prim_id, 0u);
+}
+
+TEST_P(Reports, Trimesh2245OccludedIsWhereThereIsAHit) {
+    const UserMesh mesh = UserMesh(star(3, 4));
+    const Scene scene = build(mesh);
+    const std::vector<Ray> rays = world_rays(mesh, 2000, 2245);
+    const std::vector<Hit> hits = hits_of(scene, rays);
+    std::vector<std::uint8_t> occluded(rays.size());
+    scene.occluded(rays, occluded);
+    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(occluded[i] != 0, bool(hits[i])) << i;
+}
+
+TEST_P(Reports, ThreeMeshBvh112AMoveThatIsExactKeepsHits) {
+    const UserMesh mesh = box({0, 0, 0}, {256, 256, 128});
+    UserMesh moved = mesh;
+    constexpr float kMove = 98304;
+    for (Vec3& p : moved.points) p = {p.x + kMove, p.y + kMove, p.z};
+    const Scene scene = build(mesh);
+    const Scene far = build(moved);
+    for (float x = 0; x <= 256; x += 32) {
+        const Ray near = ray({x, 96, 500}, {0, 0, -1});
+        const Ray there = ray({x + kMove, 96 + kMove, 500}, {0, 0, -1});
+        EXPECT_TRUE(scene.intersect(near)) << x;
+        EXPECT_EQ(scene.intersect(near).prim_id, far.intersect(there).prim_id) << x;
+        EXPECT_EQ(all_hits(scene, near, Crossing::each).size(),
+                  all_hits(far, there, Crossing::each).size())
+            << x;
+    }
+}
+
+TEST_P(Reports, PythonEmbree20ThePlaneBelowIsExactlyAsFarAsTheOriginIsHigh) {
+    const Scene scene = build(square(0, 1));
+    Random random(20);
+    std::vector<Ray> rays(500);
+    std::vector<Ray> up_to(rays.size());
+    std::vector<Ray> from(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        rays[i] = ray(
+            {static_cast<float>(random.real(0, 1)), static_cast<float>(random.real(0, 1)), 1000.1f},
+            {0, 0, -1});
+        up_to[i] = from[i] = rays[i];
+        up_to[i].tfar = from[i].tnear = 1000.1f;
+    }
+    for (const std::vector<Ray>& each : {rays, up_to, from})
+        for (const Hit& hit : hits_of(scene, each)) EXPECT_EQ(hit.t, 1000.1f);
+}
+
+TEST_P(Reports, ARayFromAnywhereFindsWhatItHits) {
+    UserMesh below = triangle(1);
+    for (Vec3& p : below.points) p.z = -1;
+    const Scene scene = build(std::vector{triangle(1), below});
+    for (const float far : {1e3f, 2e3f, 1e6f, 1e9f, 1e20f, 3e38f}) {
+        const std::vector<Ray> rays = {
+            ray({0.25f, 0.25f, far}, {0, 0, -1}), ray({0.25f, 0.25f, far}, {0, 0, -2 * far}),
+            ray({0.25f, 0.25f, far}, {0, 0, 1}), ray({0.75f, 0.75f, far}, {0, 0, -1}),
+            ray({-far, 0.25f, 0.5f}, {1, 0, 0})};
+        const std::vector<Hit> hits = hits_of(scene, rays);
+        EXPECT_EQ(hits[0].t, far);
+        EXPECT_EQ(hits[0].geom_id, 0u);
+        EXPECT_EQ(bool{hits[1]}, 2 * far < INFINITY);
+        if (hits[1]) {
+            EXPECT_EQ(hits[1].t, 0.5f);
+        }
+        for (std::size_t i : {2, 3, 4}) EXPECT_FALSE(hits[i]) << far << ' ' << i;
+        // The ray goes on after the first hit, and both t are one from far away.
+        const std::vector<Hit> all = all_hits(scene, rays[0], Crossing::each);
+        ASSERT_EQ(all.size(), 2u) << far;
+        EXPECT_EQ(all[0], hits[0]);
+        const Hit second = scene.intersect(rays[0], all[0]);
+        EXPECT_EQ(second, all[1]) << far;
+        EXPECT_EQ(second.geom_id, 1u);
+        EXPECT_FALSE(scene.intersect(rays[0], second)) << far;
+        // Both ends belong to the ray.
+        Ray up_to = rays[0];
+        up_to.tfar = far;
+        EXPECT_EQ(scene.intersect(up_to), hits[0]) << far;
+        up_to.tfar = 0.75f * far;
+        EXPECT_FALSE(scene.intersect(up_to)) << far;
+        Ray from = rays[0];
+        from.tnear = far;
+        EXPECT_EQ(scene.intersect(from).t, far);
+    }
+}
+
+/// The hits after the first vertex has moved.
+std::vector<Hit> hits_with_vertex_at(Scene& scene, UserMesh& mesh, Vec3 place,
+                                     const std::vector<Ray>& rays) {
+    mesh.points.front() = place;
+    scene.update(0, morphray::packed(mesh.points));
+    return hits_of(scene, rays);
+}
+
+TEST_P(Reports, DevilRay62AndOpensimCreator976AnExplodedVertexHidesNothingElse) {
+    UserMesh mesh(torus(24, 12));
+    const Vec3 rest = mesh.points.front();
+    const std::vector<Ray> rays = world_rays(mesh, 300, 62);
+    Scene scene = build(mesh);
+    const std::vector<Hit> sound = hits_of(scene, rays);
+    EXPECT_TRUE(scene.last_update().left_out.empty());
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<Hit> without = hits_with_vertex_at(scene, mesh, {kNan, 0, 0}, rays);
+    ASSERT_EQ(scene.last_update().left_out.size(), 1u);
+    EXPECT_EQ(scene.last_update().left_out[0].not_finite, 1u);
+    for (const Vec3 far : {Vec3{1e20f, -1e20f, 1e20f}, Vec3{0, 3e38f, 0}, Vec3{0, 0, -1e12f}}) {
+        expect_same_hits(hits_with_vertex_at(scene, mesh, far, rays), without, "far");
+        ASSERT_EQ(scene.last_update().left_out.size(), 1u);
+        EXPECT_EQ(scene.last_update().left_out[0].too_far, 1u);
+        EXPECT_LT(scene.bounds().upper[0], 10);
+        const Scene fresh = build(mesh);
+        expect_same_hits(hits_of(fresh, rays), hits_of(scene, rays), "fresh");
+        EXPECT_EQ(fresh.edge_counts().open, 6u);
+    }
+    expect_same_hits(hits_with_vertex_at(scene, mesh, rest, rays), sound, "back");
+    EXPECT_TRUE(scene.last_update().left_out.empty());
+    // A body may leave the scene for good, as long as floats have room for both.
+    hits_with_vertex_at(scene, mesh, {0, 1e8f, 0}, rays);
+    EXPECT_TRUE(scene.last_update().left_out.empty());
+    EXPECT_GT(scene.bounds().upper[1], 9e7);
+}
+
+TEST_P(Reports, AFarVertexThatNoTriangleUsesOrThatIsOfAnotherMeshChangesNoBit) {
+    const UserMesh mesh(torus(24, 12));
+    const std::vector<Ray> rays = world_rays(mesh, 300, 60);
+    const std::vector<Hit> expected = hits_of(build(mesh), rays);
+    for (const std::size_t place : {std::size_t{0}, std::size_t{100}, mesh.points.size()}) {
+        UserMesh stray = mesh;
+        stray.points.insert(stray.points.begin() + static_cast<std::ptrdiff_t>(place),
+                            Vec3{9.96921e36f, -1e20f, 0});
+        for (std::uint32_t& vertex : stray.triangles) vertex += vertex >= place;
+        const Scene scene = build(stray);
+        expect_same_hits(hits_of(scene, rays), expected, std::to_string(place));
+        EXPECT_TRUE(scene.last_update().left_out.empty());
+        EXPECT_LT(scene.bounds().upper[0], 10);
+    }
+    UserMesh far = tetrahedron();
+    for (Vec3& p : far.points) p = {p.x + 1e20f, p.y, p.z};
+    const Scene both = build({mesh, far});
+    expect_same_hits(hits_of(both, rays), expected, "another mesh");
+    ASSERT_EQ(both.last_update().left_out.size(), 1u);
+    EXPECT_EQ(both.last_update().left_out[0].geom_id, 1u);
+    EXPECT_EQ(both.last_update().left_out[0].too_far, 4u);
+}
+
+bool is_inside(const Scene& scene, Vec3 point, FillRule rule = FillRule::nonzero) {
+    std::uint8_t inside = 0;
+    scene.contains(std::span(&point, 1), std::span(&inside, 1), rule);
+    return inside != 0;
+}
+int winding(const Scene& scene, Vec3 point) {
+    std::int32_t winding = 0;
+    scene.winding(std::span(&point, 1), std::span(&winding, 1));
+    return winding;
+}
+float distance(const Scene& scene, Vec3 point) {
+    float distance = 0;
+    scene.signed_distance(std::span(&point, 1), std::span(&distance, 1));
+    return distance;
+}
+ClosestPoint closest(const Scene& scene, Vec3 point) {
+    ClosestPoint closest;
+    scene.closest_points(std::span(&point, 1), std::span(&closest, 1));
+    return closest;
+}
+
+TEST_P(Reports, Warp1836APointOutsideATetrahedronIsOutside) {
+    const Scene scene = build(tetrahedron());
+    std::vector<Vec3> points;
+    for (int i = 0; i < 33 * 33 * 33; ++i) {
+        const auto at = [](int k) { return static_cast<float>(k) / 8 - 2; };
+        points.push_back({at(i % 33), at(i / 33 % 33), at(i / 33 / 33)});
+    }
+    std::vector<std::uint8_t> inside(points.size());
+    scene.contains(points, inside);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec3 p = points[i];
+        const bool expected = p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x + p.y + p.z <= 1;
+        ASSERT_EQ(inside[i] != 0, expected) << p.x << ' ' << p.y << ' ' << p.z;
+    }
+}
+
+TEST_P(Reports, OpenBoxIsNotClosed) {
+    UserMesh mesh = box({0, 0, 0}, {1, 1, 1});
+    EXPECT_EQ(build(mesh).edge_counts(), morphray::EdgeCounts{});
+    // Without its top.
+    mesh.triangles.erase(mesh.triangles.begin() + 6, mesh.triangles.begin() + 12);
+    const Scene scene = build(mesh);
+    EXPECT_EQ(scene.edge_counts(), (morphray::EdgeCounts{.open = 4, .uneven = 4}));
+    EXPECT_FALSE(scene.edge_counts().is_closed());
+}
+
+TEST_P(Reports, Trimesh73DistancesToEdgesAndCornersHaveTheRightSign) {
+    const Scene scene = build(box({0, 0, 0}, {2, 2, 2}));
+    EXPECT_TRUE(is_within_an_ulp(distance(scene, {3, 2, 2}), 1));
+    EXPECT_TRUE(is_within_an_ulp(distance(scene, {3, 3, 3}), std::sqrt(3.0)));
+    EXPECT_TRUE(is_within_an_ulp(distance(scene, {3, 2, 1}), 1));
+    EXPECT_TRUE(is_within_an_ulp(distance(scene, {1.5f, 1, 1}), -0.5));
+}
+
+TEST_P(Reports, Parry76ADegenerateTriangleIsItsSegment) {
+    UserMesh mesh;
+    mesh.points = {{2.27699995f, -7.9000001f, 16.3180008f},
+                   {-0.569999993f, -8.10000038f, 16.6070004f},
+                   {-0.569999993f, -8.10000038f, 16.6070004f}};
+    mesh.triangles = {0, 1, 2};
+    const ClosestPoint found = closest(build(mesh), {1.10000002f, -7.9000001f, 16.5879993f});
+    EXPECT_NEAR(found.distance, 0.171478327, 1e-6);
+    EXPECT_NEAR(found.u + found.v, 0.4166943, 1e-6);
+}
+
+TEST_P(Reports, Csxcad30AHalfLineThroughTheApexCountsOnce) {
+    UserMesh mesh;
+    const float half_root = static_cast<float>(std::sqrt(3.0) / 2);
+    mesh.points = {{1, 0, -1}, {-0.5f, half_root, -1}, {-0.5f, -half_root, -1}, {0, 0, 1}};
+    mesh.triangles = {0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2};
+    const Scene scene = build(mesh);
+    EXPECT_EQ(winding(scene, {0, 0, 0}), -1);
+    EXPECT_TRUE(is_inside(scene, {0, 0, 0}));
+    EXPECT_TRUE(is_inside(scene, {0, 0, 0}, FillRule::odd));
+    EXPECT_FALSE(is_inside(scene, {0, 0, 2}));
+}
+
+TEST_P(Reports, Fluidx3d59GridsOnTheFacesOfACubeAreExact) {
+    const Scene scene = build(box({0, 0, 0}, {8, 8, 8}));
+    std::vector<Vec3> centres;
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 10 * 10 * 10; ++i) {
+        const Vec3 p = {static_cast<float>(i % 10), static_cast<float>(i / 10 % 10),
+                        static_cast<float>(i / 100)};
+        corners.push_back({p.x - 0, p.y - 0, p.z - 0});
+        centres.push_back({p.x - 0.5f, p.y - 0.5f, p.z - 0.5f});
+    }
+    const auto count = [&scene](const std::vector<Vec3>& points) {
+        std::vector<std::uint8_t> inside(points.size());
+        scene.contains(points, inside);
+        return std::ranges::count(inside, 1);
+    };
+    EXPECT_EQ(count(centres), 512);
+    EXPECT_EQ(count(corners), 729);
+    std::vector<float> distances(corners.size());
+    scene.signed_distance(corners, distances);
+    EXPECT_EQ(std::ranges::count_if(distances, [](float d) { return d < 0; }), 343);
+    EXPECT_EQ(std::ranges::count(distances, 0.0f), 386);
+    // The points beside the face z = 8 by one ulp.
+    EXPECT_TRUE(is_inside(scene, {4, 4, std::nextafter(8.0f, 0.0f)}));
+    EXPECT_FALSE(is_inside(scene, {4, 4, std::nextafter(8.0f, 9.0f)}));
+}
+
+TEST_P(Reports, Inside3dMesh1ParityIsExactForTrianglesOfMixedDirections) {
+    UserMesh mesh = box({0, 0, 0}, {1, 1, 1});
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 6)
+        std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
+    const Scene scene = build(mesh);
+    for (const float at : {0.25f, 0.5f, std::nextafter(1.0f, 0.0f)}) {
+        EXPECT_TRUE(is_inside(scene, {at, at, at}, FillRule::odd)) << at;
+        EXPECT_TRUE(is_inside(scene, {0.5f, at, 0.25f}, FillRule::odd)) << at;
+    }
+    EXPECT_FALSE(is_inside(scene, {0.5f, 0.5f, std::nextafter(1.0f, 2.0f)}, FillRule::odd));
+    EXPECT_FALSE(is_inside(scene, {0.5f, 0.5f, -1}, FillRule::odd));
+}
+
+TEST_P(Reports, Dagmc986CoincidentCubesAreHitInTheOrderOfTheirNumbers) {
+    const std::vector<UserMesh> cubes = {box({-10, -10, -10}, {10, 10, 10}),
+                                         box({-10, -10, -10}, {10, 10, 10}),
+                                         box({-57.5f, -57.5f, -57.5f}, {57.5f, 57.5f, 57.5f})};
+    const Scene scene = build(cubes);
+    const Ray across = ray({-20, 1, 2}, {1, 0, 0});
+    std::vector<Hit> hits;
+    for (Hit hit = scene.intersect(across); hit; hit = scene.intersect(across, hit))
+        hits.push_back(hit);
+    ASSERT_EQ(hits.size(), 5u);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(hits[i].geom_id, i % 2) << i;
+        EXPECT_TRUE(is_within_an_ulp(hits[i].t, i < 2 ? 10 : 30)) << i;
+    }
+    EXPECT_EQ(hits[4].geom_id, 2u);
+}
+
+TEST_P(Reports, Drake21566OfEqualNeighboursTheLowestIsTheClosest) {
+    UserMesh turned = tetrahedron();
+    for (Vec3& p : turned.points) p = {-p.x, -p.y, -p.z};
+    for (std::size_t i = 0; i < turned.triangles.size(); i += 3)
+        std::swap(turned.triangles[i + 1], turned.triangles[i + 2]);
+    const ClosestPoint found = closest(build(std::vector{tetrahedron(), turned}), {0, 0, 0});
+    EXPECT_EQ(found.geom_id, 0u);
+    EXPECT_EQ(found.prim_id, 0u);
+    EXPECT_EQ(found.distance, 0);
+    EXPECT_EQ(found.feature, morphray::Feature::vertex);
+}
+
+TEST_P(Reports, Pytorch3d1612TheDistanceIsThatOfThePointFound) {
+    const UserMesh mesh = UserMesh(star(3, 4));
+    const Scene scene = build(mesh);
+    for (const Ray& from : world_rays(mesh, 300, 1612)) {
+        const ClosestPoint found = closest(scene, from.org);
+        const double dx = double{found.point.x} - from.org.x;
+        const double dy = double{found.point.y} - from.org.y;
+        const double dz = double{found.point.z} - from.org.z;
+        EXPECT_NEAR(std::sqrt(dx * dx + dy * dy + dz * dz), found.distance,
+                    1e-6 * (1 + found.distance));
+    }
+}
+
+TEST_P(Reports, AClosestPointFromAnyDistanceIsThatOfTheSurface) {
+    constexpr std::uint32_t kCells = 64;
+    Shape plate = shapes::height_map(kCells, kCells, [](auto...) { return 0; });
+    for (dvec3& p : plate.positions) p /= kCells;
+    const Scene scene = build(UserMesh(TestScene(plate)));
+    for (const float far : {1e-7f, 1e-4f, 0.02f, 0.2f, 0.5f, 1.0f, 1e3f, 1e7f, 1e10f}) {
+        Random random(29);
+        for (int i = 0; i < 50; ++i) {
+            const Vec3 p{static_cast<float>(random.real(0, 1)),
+                         static_cast<float>(random.real(0, 1)), far};
+            const ClosestPoint found = closest(scene, p);
+            EXPECT_EQ(found.point, (Vec3{p.x, p.y, 0})) << far;
+            EXPECT_TRUE(is_within_an_ulp(found.distance, far));
+            EXPECT_EQ(found.distance, std::abs(distance(scene, p)));
+            const auto x = static_cast<std::uint32_t>(p.x * kCells);
+            const auto y = static_cast<std::uint32_t>(p.y * kCells);
+            const bool is_upper =
+                p.y * kCells - static_cast<float>(y) > p.x * kCells - static_cast<float>(x);
+            EXPECT_EQ(found.prim_id, 2 * (y * kCells + x) + is_upper) << far;
+            EXPECT_EQ(found.feature, morphray::Feature::face);
+        }
+        // Beside the plate: an edge, a corner.
+        EXPECT_EQ(closest(scene, {0.3f, -far, far}).point, (Vec3{0.3f, 0, 0}));
+        EXPECT_EQ(closest(scene, {0.3f, -far, far}).feature, morphray::Feature::edge);
+        EXPECT_EQ(closest(scene, {-far, -far, far}).point, (Vec3{0, 0, 0}));
+        EXPECT_EQ(closest(scene, {-far, -far, far}).feature, morphray::Feature::vertex);
+    }
+}
+
+TEST_P(Reports, ADistanceIsThatOfThePlaceHoweverNear) {
+    for (const float size : {1e-30f, 1e-3f, 1.0f, 3e4f, 1e30f}) {
+        UserMesh mesh = tetrahedron();
+        for (Vec3& p : mesh.points) p = {p.x * size, p.y * size, p.z * size};
+        const Scene scene = build(mesh);
+        Random random(5);
+        for (int i = 0; i < 2000; ++i) {
+            // Beside the face x + y + z = size, over its inside.
+            const auto part = [&] { return static_cast<float>(random.real(0.2, 0.35)) * size; };
+            const auto beside = static_cast<float>(std::exp2(random.real(-30, -15)));
+            Vec3 p{part(), part(), 0};
+            p.z = size - p.x - p.y;
+            p.z += (i % 2 == 0 ? beside : -beside) * size;
+            // Exact: the floats are within a few powers of two.
+            const double height = (double{p.x} + p.y + p.z - size) / std::sqrt(3.0);
+            const ClosestPoint found = closest(scene, p);
+            ASSERT_TRUE(is_within_an_ulp(found.distance, std::abs(height))) << size;
+            ASSERT_EQ(found.distance == 0, height == 0);
+            ASSERT_EQ(distance(scene, p), height < 0 ? -found.distance : found.distance);
+            ASSERT_EQ(is_inside(scene, p), height <= 0);
+        }
+        EXPECT_FALSE(closest(scene, {NAN, 0, 0}));
+        EXPECT_TRUE(std::isnan(distance(scene, {0, NAN, 0})));
+        // Beside the face z = 0, much nearer than coordinates of that size are apart.
+        for (const float beside : {1e-10f, 1e-20f, 1e-30f, 1e-43f, -1e-10f, -1e-43f}) {
+            const Vec3 p{0.25f * size, 0.25f * size, beside};
+            if (size < 1e-3f && std::abs(beside) > 1e-33f) continue;
+            EXPECT_TRUE(is_within_an_ulp(closest(scene, p).distance, std::abs(beside))) << size;
+            EXPECT_TRUE(is_within_an_ulp(distance(scene, p), -beside)) << size;
+        }
+    }
+}
+
+// Brute force, the best and no instruction set, Vulkan.
+INSTANTIATE_TEST_SUITE_P(OnEachDevice, Reports, testing::Values("brute", "cpu", "off", "vulkan"),
+                         [](const auto& each) { return std::string(each.param); });
+
+}  // namespace
+}  // namespace mray::test
