@@ -249,7 +249,8 @@ TEST(KeyframeAnimation, FrameOfOtherFacesIsRefusedByName) {
           {faces("f 1 2 3\n"), faces("f 1 2 3\nf 3 2 4\n"), "2 of 4 vertices"},
           {faces("f 1 2 3 4\nf 1 2 3\n"), faces("f 1 2 3\nf 4 1 2 3\n"), "2 of 4 vertices"},
           {triangle_at("1"), "v 0 0 0\n" + triangle_at("2"), "1 of 4 vertices"}}) {
-        const auto error = error_of([&] { OpenedFrames({first, second}).x_at(1); });
+        const std::vector<std::string> texts = {first, second};
+        const auto error = error_of([&] { OpenedFrames(texts, {}).x_at(1); });
         ASSERT_TRUE(error) << second;
         EXPECT_EQ(error->kind(), ErrorKind::kBadInput);
         EXPECT_TRUE(
