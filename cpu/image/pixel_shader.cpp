@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
@@ -17,12 +15,10 @@
 #include "common/base/aligned_vector.h"
 #include "cpu/image/shown_triangles-inl.h"
 #include "cpu/packet/camera_candidates-inl.h"
-#include "cpu/simd/lanes-inl.h"
 #include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 // ---- Blocks
 
@@ -45,9 +41,6 @@ struct PixelBlock {
     std::uint32_t x, y;
     std::uint32_t columns, rows;
 
-    std::size_t begin(const ImageRegion& region) const {
-        return std::size_t{y} * region.params.width + x;
-    }
     /// The index of the block's first pixel in a light packet.
     std::uint32_t ray_index(const ImageRegion& region) const {
         return light_packet_ray(x - region.tile.x0, y - region.tile.y0);
@@ -82,7 +75,8 @@ HWY_INLINE void for_each_block(const Tile& tile, Visit visit) {
 HWY_INLINE void load_hits(const ImageRegion& region, const PixelBlock& block, std::uint32_t first,
                           UintVec column, UintVec row, FloatVec& t, UintVec& prim) {
     static_assert(sizeof(Hit) == 4 * sizeof(float));
-    const float* const hits = &region.frame.hits[block.begin(region)].t;
+    const float* const hits =
+        &region.frame.hits[std::size_t{block.y} * region.params.width + block.x].t;
 #if HWY_TARGET != HWY_SCALAR
     if (HWY_LIKELY(block.columns == kBlockSide && block.rows == kBlockSide)) {
         FloatVec in[4], words[4];
@@ -163,8 +157,8 @@ private:
 
 // ---- Surfaces
 
-/// The normals and albedos of what a camera packet shows, from the leaves that its rays hit: these
-/// are still in the caches, unlike the vertices of the mesh.
+/// The normals and albedos of what a camera packet shows, from the leaves that its rays hit, which
+/// are still in the caches.
 class LeafNormals {
 public:
     void find(const CameraPacket& packet, const Topology& topology) {
@@ -237,16 +231,6 @@ private:
     bool has_degenerate_ = false;
 };
 
-/// Directions and lengths of rays.
-struct DirectionLanes {
-    lanes::Float3 dir;
-    FloatVec tfar;
-};
-
-HWY_INLINE UintVec load_albedo(const ImageRegion& region, const PixelLanes& pixels) {
-    return hn::GatherIndex(kUints, region.mesh.topology->albedo.data(), as_int(pixels.prim));
-}
-
 /// lanes::colour_of() for intensities that are not negative. Channels are rounded from square
 /// roots, which take a third of its time, unless one lies too near to where it rounds up.
 HWY_INLINE UintVec colours_of(FloatVec intensity, UintVec albedo) {
@@ -301,10 +285,10 @@ public:
         const lanes::Float3 org(region_.params.camera.org);
         lanes::Float3 normals;
         if (region_.packet != nullptr) {
-            const auto x = block.x - static_cast<std::uint32_t>(region_.packet->camera.first_x);
-            const auto y = block.y - static_cast<std::uint32_t>(region_.packet->camera.first_y);
-            const std::uint32_t ray = camera_packet_ray(x, y) + i;
-            leaves_.look_up(region_.packet->candidate + ray, normals, albedos_);
+            const CameraPacket& packet = *region_.packet;
+            const std::uint32_t ray =
+                camera_packet_ray(block.x - packet.first_x, block.y - packet.first_y) + i;
+            leaves_.look_up(packet.candidate + ray, normals, albedos_);
         } else {
             normals = triangles_.normals(next_);
             albedos_ = triangles_.albedos(next_++);
@@ -330,7 +314,7 @@ private:
 /// Writes occlusion and, if the frame has pixels, colours of a region. begin(strip) comes before
 /// the blocks of a strip. shade(block, i, behind, occlusion) sets the numbers of occluded rays, 0
 /// before, of pixels i and following of a block, and returns their colours; behind: those of the
-/// background, or anything if the frame has no pixels.
+/// background.
 template <class Begin, class Shade>
 HWY_INLINE void shade_region(const ImageRegion& region, Begin begin, Shade shade) {
     for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
@@ -374,11 +358,6 @@ void shade_camera_region(const ImageRegion& region) {
         });
 }
 
-HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Float3& light) {
-    const lanes::Float3 dir = shadow_direction(s, light);
-    return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
-}
-
 ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOriginRays* rays,
                                            LitPixels* lit) {
     ShadowRayCounts counts;
@@ -402,9 +381,10 @@ ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOrig
                     const Mask traced = pixels.visible & faces_light(s, light);
                     if (region.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
                     if (!none(traced)) {
-                        const DirectionLanes ray = shadow_rays(s, light);
-                        dir = select(traced, ray.dir, dir);
-                        tfar = select(traced, ray.tfar, tfar);
+                        const lanes::Float3 ray = shadow_direction(s, light);
+                        dir = select(traced, canonical_direction(ray), dir);
+                        tfar =
+                            select(traced, lanes::power_of_two_below(largest_component(ray)), tfar);
                         if (region.frame.with_pixels) {
                             const FloatVec facing = dot3(s.normal, unit(light - s.point));
                             intensity = zero_unless(pixels.visible,
@@ -443,13 +423,6 @@ void shade_shadows_of_region(const ImageRegion& region, const std::uint8_t* occl
                 select(float_mask(is_occluded > 0u), splat(kUnlitIntensity), intensity);
             return select(uint_mask(visible), colours_of(value, load(pixels.albedo + i)), behind);
         });
-}
-
-/// ao_ray() of the surfaces that pixels (x, y) show, without the origin.
-HWY_INLINE DirectionLanes ao_rays(const lanes::Surface& s, UintVec x, UintVec y,
-                                  std::uint32_t sample, float tfar) {
-    const lanes::Float3 dir = ao_direction(s, lanes::sphere_point(lanes::ao_number(x, y, sample)));
-    return {canonical_direction(dir), tfar * lanes::power_of_two_below(largest_component(dir))};
 }
 
 struct alignas(16) HalfRay {
@@ -498,17 +471,18 @@ void make_ao_rays_of_region(const ImageRegion& region, std::vector<Ray>& rays) {
                 alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
                 hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
                 const std::size_t begin = rays.size();
-                const auto visible_count =
-                    static_cast<std::size_t>(hwy::PopCount(std::uint64_t{visible}));
-                rays.resize(begin + visible_count * count);
+                rays.resize(begin + hwy::PopCount(std::uint64_t{visible}) * count);
                 for (std::uint32_t sample = 0; sample < count; ++sample) {
-                    const DirectionLanes ray =
-                        ao_rays(s, pixels.x, pixels.y, sample, region.params.ao_tfar);
-                    hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, kFloats,
-                                          ends[0].words);
+                    // As ao_ray().
+                    const UintVec number = lanes::ao_number(pixels.x, pixels.y, sample);
+                    const lanes::Float3 ray = ao_direction(s, lanes::sphere_point(number));
+                    const lanes::Float3 dir = canonical_direction(ray);
+                    const FloatVec tfar =
+                        region.params.ao_tfar * lanes::power_of_two_below(largest_component(ray));
+                    hn::StoreInterleaved4(dir.x, dir.y, dir.z, tfar, kFloats, ends[0].words);
                     std::size_t at = begin + sample;
                     for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
-                        const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+                        const std::size_t lane = first_bit(left);
                         write_ray(starts[lane], ends[lane], rays[at]);
                     }
                 }
@@ -522,24 +496,24 @@ void shade_ao_of_region(const ImageRegion& region, const std::uint8_t* occluded)
     const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
     shade_region(
         region, [](const Tile&) HWY_ATTR {},
-        [&](const PixelBlock& block, std::uint32_t i, UintVec behind,
-            std::uint32_t* occlusion) HWY_ATTR {
-            const PixelLanes pixels = load_pixels(region, block, i);
-            if (none(pixels.visible)) return behind;
-            for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
-                std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
-                for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
-            }
-            if (!region.frame.with_pixels) return behind;
-            const UintVec open = splat(count) - load(occlusion);
-            return select(uint_mask(pixels.visible),
-                          colours_of(lanes::to_float(open) * per_ray, load_albedo(region, pixels)),
-                          behind);
-        });
+        [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t* occlusion)
+            HWY_ATTR {
+                const PixelLanes pixels = load_pixels(region, block, i);
+                if (none(pixels.visible)) return behind;
+                for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
+                    std::uint32_t& sum = occlusion[first_bit(left)];
+                    for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+                }
+                if (!region.frame.with_pixels) return behind;
+                const UintVec open = splat(count) - load(occlusion);
+                const UintVec albedo = hn::GatherIndex(kUints, region.mesh.topology->albedo.data(),
+                                                       as_int(pixels.prim));
+                return select(uint_mask(pixels.visible),
+                              colours_of(lanes::to_float(open) * per_ray, albedo), behind);
+            });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

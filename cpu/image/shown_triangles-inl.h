@@ -1,6 +1,4 @@
 // The triangles of a mesh that pixels show, each loaded once for pixels that are neighbours.
-#include <cstddef>
-#include <cstdint>
 #include <span>
 
 #include "common/scene/mesh.h"
@@ -8,8 +6,7 @@
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR
 /// load_threes() by 16 bytes for each: one word after the last is read, too. A call, so that
@@ -77,11 +74,6 @@ HWY_INLINE void load_corners(const Topology& topology, std::span<const vec3> pos
     }
 }
 
-HWY_INLINE UintVec lanes_below(Mask m) {
-    const UintVec below = hn::Shl(splat(1u), hn::Iota(kUints, 0)) - splat(1u);
-    return hn::PopulationCount(splat(bits_of(m)) & below);
-}
-
 /// The normals of what kMostPixels pixels show. Columns of four follow each other.
 class ShownTriangles {
 public:
@@ -106,7 +98,10 @@ public:
                 parent = at(parent, parent);
         }
         const Mask is_first = float_mask(parent == lane);
-        store(at(lanes_below(is_first), parent), places_[vectors_]);
+        // The number of first lanes below each lane.
+        const UintVec below = hn::Shl(splat(1u), lane) - splat(1u);
+        const UintVec place = hn::PopulationCount(splat(bits_of(is_first)) & below);
+        store(at(place, parent), places_[vectors_]);
         begin_[vectors_++] = count_;
         store_unaligned(hn::Compress(prim, uint_mask(is_first)), prims_ + count_);
         count_ += static_cast<std::uint32_t>(count(is_first));
@@ -163,6 +158,5 @@ private:
     alignas(kCacheLine) std::uint32_t albedos_[kRoom];
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

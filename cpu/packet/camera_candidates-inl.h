@@ -1,8 +1,6 @@
-// The closest candidates of a camera packet's rays. In order:
-//   1. the directions of rays, by their indices
-//   2. leaves with candidates, which are kept until the packet is finished
-//   3. candidates as vectors of triangles
-//   4. rays whose bounds leave the closest hit uncertain: deferred, and resolved by the hit rule
+// The closest candidates of a camera packet's rays: directions of rays; leaves with candidates,
+// which are kept until the packet is finished; candidates as vectors of triangles; and rays whose
+// bounds leave the closest hit uncertain, which are deferred and resolved by the hit rule.
 #if defined(MORPHRAY_CPU_PACKET_CAMERA_CANDIDATES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_CAMERA_CANDIDATES_INL_H
 #undef MORPHRAY_CPU_PACKET_CAMERA_CANDIDATES_INL_H
@@ -11,59 +9,35 @@
 #endif
 
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/camera_packet.h"
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Directions
-
-HWY_INLINE void canonical_directions(FloatVec d[3]) {
-    const lanes::Float3 canonical = lanes::canonical_direction(lanes::Float3(d));
-    d[0] = canonical.x;
-    d[1] = canonical.y;
-    d[2] = canonical.z;
-}
-
-/// The directions of camera rays by their pixels' coordinates: canonical_direction() of
-/// camera_direction(), in their operations.
-HWY_INLINE void camera_directions(const CameraRays& camera, FloatVec x, FloatVec y, FloatVec d[3]) {
-    const FloatVec px = x + splat(0.5f);
-    const FloatVec py = y + splat(0.5f);
-    for (int axis = 0; axis < 3; ++axis) {
-        d[axis] =
-            splat(camera.corner[axis]) + splat(camera.du[axis]) * px + splat(camera.dv[axis]) * py;
-    }
-    canonical_directions(d);
-}
+// ---- Directions
 
 /// The directions of a packet's rays by their indices.
-HWY_INLINE void directions_of(const CameraPacket& packet, UintVec rays, FloatVec d[3]) {
+HWY_INLINE lanes::Float3 directions_of(const CameraPacket& packet, UintVec rays) {
     if (packet.stored != nullptr) {
-        for (int axis = 0; axis < 3; ++axis)
-            d[axis] = hn::GatherIndex(kFloats, packet.stored->d[axis], as_int(rays));
-        return;
+        const auto at = [&](int axis) HWY_ATTR {
+            return hn::GatherIndex(kFloats, packet.stored->d[axis], as_int(rays));
+        };
+        return {at(0), at(1), at(2)};
     }
-    const CameraRays& camera = packet.camera;
     const auto low = [](UintVec bits) HWY_ATTR { return bits & splat(3u); };
-    const auto number = [](UintVec bits) HWY_ATTR { return hn::ConvertTo(kFloats, as_int(bits)); };
     static_assert(kBlockSide == 4 && kGridSide == 16);
     const UintVec blocks = shift_right<4>(rays);
     const UintVec columns = blocks & splat(15u);
     const UintVec x = shift_left<2>(columns) | low(shift_right<2>(rays));
     const UintVec y = shift_left<2>(shift_right<4>(blocks)) | low(rays);
-    camera_directions(camera, number(x) + splat(camera.first_x), number(y) + splat(camera.first_y),
-                      d);
+    return lanes::canonical_direction(lanes::camera_direction(
+        packet.camera, x + splat(packet.first_x), y + splat(packet.first_y)));
 }
 
-// ---- 2. Leaves
+// ---- Leaves
 
 /// The vertices of a leaf by axis, and the local vertex indices of its triangles.
 struct LeafColumns {
@@ -104,7 +78,7 @@ HWY_INLINE void add_hit_leaf(CameraPacket& packet, const Leaf& leaf) {
     }
 }
 
-// ---- 3. Candidates
+// ---- Candidates
 
 /// A chunk is the triangles of a leaf that one lookup of a vector reaches. Its number is that of
 /// its first candidate.
@@ -125,11 +99,6 @@ struct Candidates {
 
 HWY_INLINE Mask candidates_in_chunk(UintVec candidates, std::uint32_t chunk) {
     return float_mask((candidates & splat(~(kChunkTriangles - 1))) == splat(chunk));
-}
-
-HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
-    static_assert(kLeafTriangles == 16);
-    return float_mask(shift_right<4>(candidates) == splat(leaf));
 }
 
 HWY_INLINE TriangleLanes triangles_in_slots(const Leaf& leaf, UintVec slots) {
@@ -159,9 +128,10 @@ HWY_INLINE TriangleLanes candidate_triangles(const CameraPacket& packet,
     TriangleLanes out;
     for (auto& corner : out.corner) std::fill_n(corner, 3, zero());
     out.prim_ids = splat(0u);
+    static_assert(kLeafTriangles == 16);
     while (lanes != 0) {
         const std::uint32_t leaf = candidates[first_bit(lanes)] / kLeafTriangles;
-        const Mask own = candidates_in(ids, leaf);
+        const Mask own = float_mask(shift_right<4>(ids) == splat(leaf));
         out.take(own, triangles_in_slots(*packet.hit_leaves[leaf].leaf,
                                          ids & splat(kLeafTriangles - 1)));
         lanes &= ~bits_of(own);
@@ -181,41 +151,26 @@ HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
     return found;
 }
 
-/// Looks up values of the triangles of candidates' chunks.
-class ChunkLookup {
-public:
-    HWY_INLINE ChunkLookup(const CameraPacket& packet, UintVec candidates)
-        : leaves_(packet.hit_leaves.data()),
-          places_(hn::IndicesFromVec(kFloats, candidates & splat(kChunkTriangles - 1))) {}
-
-    /// Returns in each lane the triangle at its candidate's place in `chunk`, as in HitLeaf.
-    HWY_INLINE TriangleLanes operator()(std::uint32_t chunk) const {
-        const HitLeaf& leaf = leaves_[chunk / kLeafTriangles];
-        const std::uint32_t first = chunk % kLeafTriangles;
-        const auto look_up = [&](const float* values) HWY_ATTR {
-            return hn::TableLookupLanes(load(values + first), places_);
-        };
-        TriangleLanes out;
-        for (int k = 0; k < 3; ++k) {
-            for (int axis = 0; axis < 3; ++axis)
-                out.corner[k][axis] = look_up(leaf.corner[k][axis]);
-        }
-        out.prim_ids = as_uint(look_up(leaf.prim_id));
-        return out;
-    }
-
-private:
-    const HitLeaf* leaves_;
-    decltype(hn::IndicesFromVec(kFloats, UintVec())) places_;
-};
-
 /// Collects the candidates of rays of which at least one has a candidate; the lanes of the others
 /// hold some triangle. Neighbours have candidates in the same leaves, so one chunk is taken after
 /// the other: this is faster than gathers, and than lookups in whole leaves.
 HWY_INLINE TriangleLanes spread_candidates(const CameraPacket& packet, const std::uint32_t* indices,
                                            const Candidates& found) {
     const UintVec candidates = load(indices);
-    const ChunkLookup triangles_in(packet, candidates);
+    const auto places = hn::IndicesFromVec(kFloats, candidates & splat(kChunkTriangles - 1));
+    const auto triangles_in = [&](std::uint32_t chunk) HWY_ATTR {
+        const HitLeaf& leaf = packet.hit_leaves[chunk / kLeafTriangles];
+        const auto look_up = [&](const float* values) HWY_ATTR {
+            return hn::TableLookupLanes(load(values + chunk % kLeafTriangles), places);
+        };
+        TriangleLanes in_chunk;
+        for (int k = 0; k < 3; ++k) {
+            for (int axis = 0; axis < 3; ++axis)
+                in_chunk.corner[k][axis] = look_up(leaf.corner[k][axis]);
+        }
+        in_chunk.prim_ids = as_uint(look_up(leaf.prim_id));
+        return in_chunk;
+    };
     TriangleLanes out = triangles_in(found.chunk);
     for (std::uint32_t others = found.others; others != 0;) {
         const std::uint32_t chunk = chunk_of(indices[first_bit(others)]);
@@ -226,7 +181,7 @@ HWY_INLINE TriangleLanes spread_candidates(const CameraPacket& packet, const std
     return out;
 }
 
-// ---- 4. Deferred rays
+// ---- Deferred rays
 
 /// Deferred pairs of a ray and a triangle that may be its closest hit. Until the rule has said
 /// where an uncertain triangle is hit, it neither displaces a candidate nor is displaced. The
@@ -250,24 +205,21 @@ public:
     /// Resolves all deferred pairs by the rule. Adds to `changed` the blocks whose rays have new
     /// candidates.
     void resolve(BlockSet& changed) {
-        for (std::size_t first = 0; first < count_; first += kLanes)
-            resolve(first, std::min<std::size_t>(kLanes, count_ - first), changed);
+        for (std::size_t first = 0; first < count_; first += kLanes) {
+            Batch batch;
+            apply_rule(first, std::min<std::size_t>(kLanes, count_ - first), batch);
+            take_closest(batch, changed);
+        }
         count_ = 0;
     }
 
 private:
     static constexpr std::size_t kMany = 128;
 
-    /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it.
-    ///
-    /// 1. t and the direction belong to the rule's hit. Product and quotient round once each:
-    ///    kHitDepthRounding.
-    /// 2. z is a sum of three products with rows that are rounded to float: five roundings of terms
-    ///    whose magnitudes add up to at most row_size[2] times the direction's largest component.
-    ///    For a direction of z = 1 that is at most row_size[2] depth_most, so z is off by at most
-    ///    z_error of itself.
-    /// 3. An error of e of z is one of e / (1 - e) of 1 / z, at most 2 e; from 1/2 on, nothing is
-    ///    known.
+    /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it: by
+    /// kHitDepthRounding, and by z_error, that of z, which sums products with rounded rows
+    /// (lab/proofs/packet_rays.g). An error of e of z is at most 2 e of 1 / z up to e = 1/2;
+    /// beyond, nothing is known.
     static float hit_depth_error(const PacketFrame& frame) {
         const float z_error = kHitDotRounding * frame.row_size[2] * frame.depth_most;
         return z_error < 0.5f ? 2 * (kHitDepthRounding + z_error) : kUnknown;
@@ -279,29 +231,19 @@ private:
         alignas(64) std::uint32_t triangles[kLanes] = {};
         alignas(64) std::uint32_t candidates[kLanes] = {};
         alignas(64) float t[kLanes], best_t[kLanes], q[kLanes];
-        float q_error;  // hit_depth_error()
         alignas(64) std::uint32_t ids[kLanes], best_ids[kLanes];
         /// The pairs that hit, and the ones whose ray has another candidate.
         std::uint32_t hits, rivals;
     };
 
-    void resolve(std::size_t first, std::size_t count, BlockSet& changed) {
-        Batch batch;
-        batch.q_error = hit_depth_error(packet_.frame);
+    void apply_rule(std::size_t first, std::size_t count, Batch& batch) const {
         for (std::size_t l = 0; l < count; ++l) {
             batch.rays[l] = rays_[first + l];
             batch.triangles[l] = triangles_[first + l];
             batch.candidates[l] = packet_.candidate[batch.rays[l]];
         }
-        ask_rule(count, batch);
-        take_closest(batch, changed);
-    }
-
-    HWY_INLINE void ask_rule(std::size_t count, Batch& batch) const {
-        FloatVec dir[3];
-        directions_of(packet_, load(batch.rays), dir);
-        const lanes::ShearedRay rays =
-            lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));
+        const lanes::Float3 dir = directions_of(packet_, load(batch.rays));
+        const lanes::ShearedRay rays = lanes::shear_ray(lanes::Float3(packet_.frame.org), dir);
         const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
         const TriangleLanes triangles = candidate_triangles(packet_, batch.triangles, lanes);
         const FloatVec no_end = splat(kInfiniteT);
@@ -316,9 +258,9 @@ private:
             store(best_hit.t, batch.best_t);
             store(best.prim_ids, batch.best_ids);
         }
-        FloatVec z = zero();  // of the directions
-        for (int axis = 0; axis < 3; ++axis)
-            z = mul_add(splat(packet_.frame.rows_f[2][axis]), dir[axis], z);
+        const float* const row = packet_.frame.rows_f[2];
+        const FloatVec z =
+            mul_add(splat(row[2]), dir.z, mul_add(splat(row[1]), dir.y, splat(row[0]) * dir.x));
         store(hit.t, batch.t);
         store(triangles.prim_ids, batch.ids);
         store(splat(1.0f) / (hit.t * z), batch.q);
@@ -326,15 +268,16 @@ private:
 
     /// Makes the hits that are closer than their ray's candidate its candidate. A ray may have
     /// several pairs in the batch.
-    HWY_INLINE void take_closest(Batch& batch, BlockSet& changed) {
+    void take_closest(Batch& batch, BlockSet& changed) {
+        const float q_error = hit_depth_error(packet_.frame);
         for (std::uint32_t hits = batch.hits; hits != 0; hits &= hits - 1) {
             const std::uint32_t l = first_bit(hits);
             if ((batch.rivals >> l & 1) != 0 &&
                 !is_closer(batch.t[l], batch.ids[l], batch.best_t[l], batch.best_ids[l]))
                 continue;
             const std::uint32_t ray = batch.rays[l];
-            packet_.q_lower[ray] = std::max(batch.q[l] * (1 - batch.q_error), 0.0f);
-            packet_.q_upper[ray] = std::min(batch.q[l] * (1 + batch.q_error), kAnyDepth);
+            packet_.q_lower[ray] = std::max(batch.q[l] * (1 - q_error), 0.0f);
+            packet_.q_upper[ray] = std::min(batch.q[l] * (1 + q_error), kAnyDepth);
             packet_.candidate[ray] = batch.triangles[l];
             const std::uint32_t block = ray / kBlockRays;
             changed.words[block / 64] |= std::uint64_t{1} << block % 64;
@@ -353,8 +296,7 @@ private:
     std::uint32_t rays_[kMany + kLanes], triangles_[kMany + kLanes];
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -1,22 +1,14 @@
-// Closest candidates of a camera packet's rays. In order:
-//   1. blocks: which of them a rectangle of the plane or a depth concerns
-//   2. items (triangle, block): which need a test, and the values at a block's rays
-//   3. a leaf: its triangles against blocks of rays
-//   4. the packet in the tree: its active rays at a node are a set of blocks
-#include <cstddef>
-#include <cstdint>
+// Closest candidates of a camera packet's rays: blocks of rays; a triangle at a block's rays; a
+// leaf against blocks; and the tree, where the active rays at a node are a set of blocks.
+#include <array>
 
 #include "cpu/packet/camera_candidates-inl.h"
-#include "cpu/packet/camera_packet.h"
-#include "cpu/packet/packet_plane-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Blocks
+// ---- Blocks
 
 /// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.
 struct alignas(64) GridRanges {
@@ -47,42 +39,36 @@ HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectan
 
 /// Windows of up to 4 x 4 blocks, by the numbers of columns and rows after the first: bit b stands
 /// for the block b after the window's first one in the packet.
-struct Windows {
-    std::uint64_t blocks[4][4]{};
-
-    constexpr Windows() {
-        for (std::uint32_t columns = 0; columns < 4; ++columns) {
-            for (std::uint32_t rows = 0; rows < 4; ++rows) {
-                for (std::uint32_t row = 0; row <= rows; ++row)
-                    blocks[columns][rows] |= std::uint64_t{(2u << columns) - 1} << row * kGridSide;
-            }
+inline constexpr auto kWindows = [] {
+    std::array<std::array<std::uint64_t, 4>, 4> windows{};
+    for (std::uint32_t columns = 0; columns < 4; ++columns) {
+        for (std::uint32_t rows = 0; rows < 4; ++rows) {
+            for (std::uint32_t row = 0; row <= rows; ++row)
+                windows[columns][rows] |= std::uint64_t{(2u << columns) - 1} << row * kGridSide;
         }
     }
-};
-inline constexpr Windows kWindows;
+    return windows;
+}();
 
 /// A word with the first column of each of its four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
 
 /// The blocks of some of a word's four rows, which are bits.
-struct WordRows {
-    std::uint64_t blocks[16]{};
-
-    constexpr WordRows() {
-        for (std::uint64_t rows = 0; rows < 16; ++rows) {
-            for (std::uint32_t row = 0; row < 4; ++row)
-                blocks[rows] |= (rows >> row & 1) * 0xFFFF << row * kGridSide;
-        }
+inline constexpr auto kWordRows = [] {
+    std::array<std::uint64_t, 16> blocks{};
+    for (std::uint64_t rows = 0; rows < 16; ++rows) {
+        for (std::uint32_t row = 0; row < 4; ++row)
+            blocks[rows] |= (rows >> row & 1) * 0xFFFF << row * kGridSide;
     }
-};
-inline constexpr WordRows kWordRows;
+    return blocks;
+}();
 
 HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows, const BlockSet& among,
                                BlockSet& out) {
     const std::uint64_t of_columns = columns * kEachRow;
     std::uint64_t any = 0;
     for (std::uint32_t w = 0; w < kGridWords; ++w) {
-        out.words[w] = among.words[w] & of_columns & kWordRows.blocks[rows >> 4 * w & 15];
+        out.words[w] = among.words[w] & of_columns & kWordRows[rows >> 4 * w & 15];
         any |= out.words[w];
     }
     return any != 0;
@@ -103,7 +89,7 @@ HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t block
     for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
 }
 
-/// The blocks of a word that hold a ray that a hit at 1/z <= q may concern, as bits.
+/// The blocks of a word that hold a ray that a hit at 1/z <= q may concern.
 HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std::size_t word) {
     std::uint64_t blocks = 0;
     const float* block_q = packet.block_q + 64 * word;
@@ -120,9 +106,9 @@ HWY_INLINE std::uint32_t rays_beyond(const CameraPacket& packet, float q, std::u
     const auto in_block = [](int pixel) {
         return static_cast<std::uint32_t>(std::clamp(pixel, 0, int{kBlockSide} - 1));
     };
-    std::uint32_t beyond = 0;
-    for (std::size_t l = 0; l < kBlockRays; l += kLanes)
-        beyond |= bits_of(splat(q) >= load(packet.q_lower + block * kBlockRays + l)) << l;
+    const float* const q_lower = packet.q_lower + block * kBlockRays;
+    const std::uint32_t beyond =
+        bits_of_sixteen([&](std::size_t l) HWY_ATTR { return splat(q) >= load(q_lower + l); });
     // Columns of rays are four bits each, one after the other; rows every fourth bit.
     const std::uint32_t columns = 0xFFFFu << kBlockSide * in_block(pixels.first_x - x) &
                                   0xFFFFu >> kBlockSide * (3 - in_block(pixels.last_x - x));
@@ -146,7 +132,7 @@ HWY_INLINE void add_rays(std::uint32_t block, std::uint32_t rays, PixelRectangle
     pixels.last_y = std::max(pixels.last_y, pixel(y + last_bit(rows)));
 }
 
-// ---- 2. Items
+// ---- Items
 
 /// A set-up triangle in registers, with the error of its 1/z.
 struct GridPlanes : Planes {
@@ -167,8 +153,8 @@ struct GridValues {
     HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
 
 private:
-    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGridRays.x[block % kGridSide] + l); }
-    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGridRays.y[block / kGridSide] + l); }
+    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGrid.x[block % kGridSide] + l); }
+    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGrid.y[block / kGridSide] + l); }
 };
 
 /// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
@@ -180,15 +166,15 @@ public:
     HWY_INLINE RowPlanes(const CameraPacket& packet, const GridPlanes& p, std::uint32_t columns)
         : packet_(packet), planes_(p), columns_(columns * kEachRow) {
         for (std::size_t i = 0; i < kBlockRays / kLanes; ++i) {
-            const FloatVec x = load(kBlockOffsets.x + i * kLanes);
-            const FloatVec y = load(kBlockOffsets.y + i * kLanes);
+            const FloatVec x = load(kGrid.offset_x + i * kLanes);
+            const FloatVec y = load(kGrid.offset_y + i * kLanes);
             more_[0][i] = mul_add(p.a0, x, p.b0 * y);
             more_[1][i] = mul_add(p.a1, x, p.b1 * y);
             more_[2][i] = mul_add(p.a2, x, p.b2 * y);
             more_[3][i] = mul_add(p.depth_a, x, p.depth_b * y);
         }
         for (std::size_t i = 0; i < kVectors; ++i) {
-            const FloatVec x = load(kGridMiddles.data() + i * kLanes);
+            const FloatVec x = load(kGrid.middle + i * kLanes);
             at_column_[0][i] = mul_add(p.a0, x, p.c0);
             at_column_[1][i] = mul_add(p.a1, x, p.c1);
             at_column_[2][i] = mul_add(p.a2, x, p.c2);
@@ -217,14 +203,14 @@ public:
     HWY_INLINE Values at(std::size_t place) const { return {*this, place}; }
 
     /// Returns the blocks with a ray that may hit the triangle nearer than its candidate, as a word
-    /// of four rows of the grid from first_row on. rows: the rows to look at, which are the first
-    /// ones, as bits. place: where the values of the first block go.
+    /// of four rows from first_row on. rows: those to look at, the first ones, as bits. place:
+    /// where the values of the first block go.
     HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows,
                                         std::size_t place) {
         const GridPlanes& p = planes_;
         std::uint64_t met = 0;
         for (std::uint32_t i = 0; i < 4 && (rows >> i & 1) != 0; ++i) {
-            const FloatVec y = splat(kGridMiddles[first_row + i]);
+            const FloatVec y = splat(kGrid.middle[first_row + i]);
             for (std::size_t k = 0; k < kVectors; ++k) {
                 const std::size_t l = i * kGridSide + k * kLanes;
                 const FloatVec u = mul_add(p.b0, y, at_column_[0][k]);
@@ -261,7 +247,7 @@ private:
     alignas(64) float middle_[4][8 * kGridSide];
 };
 
-// ---- 3. Leaves
+// ---- Leaves
 
 /// Finds the closest candidates of a camera packet's rays in leaves.
 class CameraLeaves {
@@ -270,7 +256,6 @@ public:
         : packet_(packet), frame_(packet.frame), deferred_(packet) {}
 
     /// Tests a leaf, whose box may concern some blocks and, of their rays, those in some pixels.
-    /// Traces each triangle against its blocks, which are few on a grid and quickly found.
     /// Triangles of one kind follow each other, so that fewer branches are mispredicted.
     HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
         CameraTriangles triangles;
@@ -323,9 +308,9 @@ private:
         std::uint64_t blocks;
     };
 
-    /// Tests one (triangle, block) item: a triangle against all rays of a block. Returns whether it
-    /// becomes the closest candidate of any ray for certain. A triangle that is hit for certain
-    /// bounds the depth of further hits, though it may be uncertain whether it is the closest.
+    /// Tests a triangle against all rays of a block. Returns whether it becomes the closest
+    /// candidate of any ray for certain. One that is hit for certain bounds the depth of further
+    /// hits, though it may be uncertain whether it is the closest.
     template <class Values>
     HWY_INLINE bool trace_item(const GridPlanes& p, const Values& values, std::uint32_t block,
                                std::uint32_t candidate) {
@@ -367,24 +352,21 @@ private:
         uncertain_count_ = 0;
     }
 
-    /// The blocks that the rectangle of triangle i meets, if they are few.
-    static HWY_INLINE Window window_of(const CameraTriangles& triangles, std::uint32_t i) {
-        const GridWindows& windows = triangles.windows;
-        return {windows.first[i], kWindows.blocks[windows.columns[i]][windows.rows[i]]};
-    }
-
     /// Traces triangles `few` that meet few blocks. Returns whether any is closer than a candidate.
     /// The blocks of the next triangle are found before this one is traced.
     HWY_INLINE bool trace_few(const Leaf& leaf, const CameraTriangles& triangles, std::uint32_t few,
                               std::uint32_t first_candidate) {
         if (few == 0) return false;
         bool any_closer = false;
+        const auto window_of = [&windows = triangles.windows](std::uint32_t i) -> Window {
+            return {windows.first[i], kWindows[windows.columns[i]][windows.rows[i]]};
+        };
         std::uint32_t i = first_bit(few);
-        Window window = window_of(triangles, i);
+        Window window = window_of(i);
         while (few != 0) {
             few &= few - 1;
             const std::uint32_t next = few != 0 ? first_bit(few) : i;
-            const Window next_window = window_of(triangles, next);
+            const Window next_window = window_of(next);
             const GridPlanes planes(triangles, i);
             for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
                 const std::uint32_t block = window.first + first_bit(blocks);
@@ -398,9 +380,8 @@ private:
         return any_closer;
     }
 
-    /// Traces triangles `many` that meet more blocks, against `blocks`. Eight rows at a
-    /// time are two words, which one loop processes: the end of a loop, which is mispredicted,
-    /// costs as much as an item.
+    /// Traces triangles `many` that meet more blocks, against `blocks`. Eight rows at a time are
+    /// two words, which one loop processes: its mispredicted end costs as much as an item.
     HWY_INLINE bool trace_more(const Leaf& leaf, const CameraTriangles& triangles,
                                std::uint32_t many, const BlockSet& blocks,
                                std::uint32_t first_candidate) {
@@ -488,7 +469,7 @@ private:
     BlockSet uncertain_blocks_ = {};
 };
 
-// ---- 4. The tree
+// ---- The tree
 
 /// Finds the closest candidates of a camera packet's rays.
 class CameraPacketTracer {
@@ -518,7 +499,9 @@ public:
     const PacketFrame& frame() const { return packet_.frame; }
 
     HWY_INLINE bool narrow(float q, bool is_node, ActiveRays& active) {
-        if (has_few_blocks(active.blocks)) return any_ray_matters(q, active.blocks, active.pixels);
+        std::size_t count = 0;
+        for (const std::uint64_t word : active.blocks.words) count += hwy::PopCount(word);
+        if (count <= kFewBlocks) return any_ray_matters(q, active);
         if (is_node) leaves_.find_depths();
         return still_matters(q, active.blocks);
     }
@@ -560,9 +543,8 @@ private:
     static constexpr std::uint32_t kFirstLeaves = 32;
     static constexpr std::uint32_t kFewPixels = 2;
 
-    /// Removes blocks whose rays all have closer hits. Returns whether any remain.
-    /// Blocks with uncertain rays may have closer hits than is known: if only such blocks remain,
-    /// their rays are resolved first.
+    /// Removes blocks whose rays all have closer hits. Returns whether any remain. If only blocks
+    /// with uncertain rays remain, which may have closer hits, these are resolved first.
     HWY_INLINE bool still_matters(float q, BlockSet& blocks) {
         std::uint64_t any = keep_near(q, blocks);
         std::uint64_t certain = 0;
@@ -579,40 +561,34 @@ private:
     /// With more blocks, testing their rays costs more than it saves (lab/notes/cpu_tracer.md).
     static constexpr std::size_t kFewBlocks = 4;
 
-    static HWY_INLINE bool has_few_blocks(const BlockSet& blocks) {
-        std::size_t count = 0;
-        for (const std::uint64_t word : blocks.words) count += hwy::PopCount(word);
-        return count <= kFewBlocks;
-    }
-
     /// still_matters() ray by ray, for few blocks: where triangles are smaller than pixels, most
     /// rays of a block are far from the box, or hit something nearer. Removes pixels, too.
-    HWY_INLINE bool any_ray_matters(float q, BlockSet& blocks, PixelRectangle& pixels) {
-        const std::uint64_t certain = keep_rays(q, blocks, pixels);
-        if (HWY_UNLIKELY(certain == 0 && !pixels.empty())) {
+    HWY_INLINE bool any_ray_matters(float q, ActiveRays& active) {
+        const std::uint64_t certain = keep_rays(q, active);
+        if (HWY_UNLIKELY(certain == 0 && !active.pixels.empty())) {
             leaves_.resolve();
-            keep_rays(q, blocks, pixels);
+            keep_rays(q, active);
         }
-        return !pixels.empty();
+        return !active.pixels.empty();
     }
 
     /// Returns the blocks that remain and have no uncertain rays, of any word.
-    HWY_INLINE std::uint64_t keep_rays(float q, BlockSet& blocks, PixelRectangle& pixels) const {
+    HWY_INLINE std::uint64_t keep_rays(float q, ActiveRays& active) const {
         std::uint64_t certain = 0;
         PixelRectangle kept = PixelRectangle::none();
         for (std::uint32_t w = 0; w < kGridWords; ++w) {
             std::uint64_t keep = 0;
-            for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
+            for (std::uint64_t rest = active.blocks.words[w]; rest != 0; rest &= rest - 1) {
                 const std::uint32_t block = 64 * w + first_bit(rest);
-                const std::uint32_t rays = rays_beyond(packet_, q, block, pixels);
+                const std::uint32_t rays = rays_beyond(packet_, q, block, active.pixels);
                 if (rays == 0) continue;
                 keep |= rest & -rest;
                 add_rays(block, rays, kept);
             }
-            blocks.words[w] = keep;
+            active.blocks.words[w] = keep;
             certain |= keep & ~leaves_.uncertain_blocks().words[w];
         }
-        pixels = kept;
+        active.pixels = kept;
         return certain;
     }
 
@@ -631,6 +607,5 @@ private:
     std::uint32_t pixels_of_leaves_ = 0;
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

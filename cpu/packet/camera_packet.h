@@ -2,11 +2,11 @@
 // each. Plain data without SIMD types.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "common/interop/bvh_layout.h"
+#include "common/interop/params.h"
 #include "cpu/packet/packet_frame.h"
 
 namespace mray::cpu {
@@ -25,44 +25,31 @@ inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
     return block * kBlockRays + (x % kBlockSide) * kBlockSide + y % kBlockSide;
 }
 
-/// The middles of the columns of blocks, or of the rows, in the packet's plane.
-alignas(64) inline constexpr auto kGridMiddles = [] {
-    std::array<float, kGridSide> middles{};
-    constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
-    for (std::uint32_t i = 0; i < kGridSide; ++i)
-        middles[i] = kFirst + static_cast<float>(i * kBlockSide);
-    return middles;
-}();
-
-/// The rays in the packet's plane: x by column of blocks, y by row of blocks.
-struct alignas(64) GridRays {
+/// Places in the packet's plane, whose unit is a pixel: the middles of the columns of blocks, or of
+/// the rows; the rays of a block relative to its middle; and all rays, x by column of blocks, y by
+/// row of blocks.
+struct alignas(64) GridPlaces {
+    float middle[kGridSide]{};
+    float offset_x[kBlockRays]{}, offset_y[kBlockRays]{};
     float x[kGridSide][kBlockRays]{}, y[kGridSide][kBlockRays]{};
 
-    constexpr GridRays() {
-        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+    constexpr GridPlaces() {
+        for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
+            constexpr float kFirst = 0.5f - 0.5f * kBlockSide;
+            offset_x[ray] = kFirst + static_cast<float>(ray / kBlockSide);
+            offset_y[ray] = kFirst + static_cast<float>(ray % kBlockSide);
+        }
         for (std::uint32_t block = 0; block < kGridSide; ++block) {
+            constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
+            middle[block] = kFirst + static_cast<float>(block * kBlockSide);
             for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
-                x[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray / kBlockSide);
-                y[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray % kBlockSide);
+                x[block][ray] = middle[block] + offset_x[ray];
+                y[block][ray] = middle[block] + offset_y[ray];
             }
         }
     }
 };
-inline constexpr GridRays kGridRays;
-
-/// The offsets of a block's rays from its middle.
-struct alignas(64) BlockOffsets {
-    float x[kBlockRays]{}, y[kBlockRays]{};
-
-    constexpr BlockOffsets() {
-        constexpr float kFirst = 0.5f - 0.5f * kBlockSide;
-        for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
-            x[ray] = kFirst + static_cast<float>(ray / kBlockSide);
-            y[ray] = kFirst + static_cast<float>(ray % kBlockSide);
-        }
-    }
-};
-inline constexpr BlockOffsets kBlockOffsets;
+inline constexpr GridPlaces kGrid;
 
 /// Blocks of a camera packet as bits, four rows of blocks a word.
 struct BlockSet {
@@ -103,13 +90,6 @@ struct CameraFrame : PacketFrame {
     float block_extent;
 };
 
-/// Makes camera rays: corner + du x + dv y for pixel (first_x, first_y) of the image and those
-/// after it. The axes may be rotated.
-struct CameraRays {
-    float corner[3], du[3], dv[3];
-    float first_x, first_y;
-};
-
 /// Directions of the rays of a tile, by axis and by camera_packet_ray(), canonical. Absent
 /// rays have finite ones.
 struct alignas(64) StoredDirections {
@@ -119,8 +99,10 @@ struct alignas(64) StoredDirections {
 struct alignas(kPage) CameraPacket {
     CameraFrame frame;
     /// Where directions come from: `stored`, or `camera` if it is null.
-    CameraRays camera;
+    Camera camera;
     const StoredDirections* stored = nullptr;
+    /// The camera's pixel of ray 0.
+    std::uint32_t first_x, first_y;
     /// By ray. 1/z of the closest hit so far lies in [q_lower, q_upper]; 0: none. A ray that needs
     /// no further test has kDone in both.
     alignas(64) float q_lower[kCameraRays];

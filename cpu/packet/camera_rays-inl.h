@@ -1,25 +1,18 @@
-// The rays of a camera packet: how they are made, and how they are finished. In order:
-//   1. the frame of a tile of camera rays
-//   2. the frame of rays that a caller has stored, if they lie nearly on a grid
-//   3. t, u and v of each closest candidate by the hit rule, many rays at a time
+// The rays of a camera packet: the frame of a tile of camera rays; that of rays that a caller has
+// stored, if they lie nearly on a grid; and in the end t, u and v of each closest candidate.
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <glm/geometric.hpp>
 #include <limits>
 
 #include "common/scene/scene_space.h"
 #include "cpu/packet/camera_candidates-inl.h"
-#include "cpu/packet/camera_packet.h"
 #include "cpu/packet/packet_plane-inl.h"
-#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Camera rays
+// ---- Camera rays
 
 /// The limits of a usable frame: rays are off by at most kMostPixelError pixels (TriangleSetup
 /// assumes |X|, |Y| <= reach, which has room for them), directions by less than kMostDepthError of
@@ -29,22 +22,17 @@ inline constexpr double kMostPixelError = 2;
 inline constexpr double kMostDepthError = 0.5;
 inline constexpr double kMostOblique = 0x1p18;
 
-/// Stands for an error that has no bound. Such rays are not traced as a packet: they might not even
-/// have a z above 0 in its frame.
+/// Stands for an error without a bound. Such rays have no packet: their z might not be above 0.
 inline constexpr float kNoPixelError = 1e30f;
 
 /// An upper bound of how far a camera ray may be from the middle of its pixel, in pixels;
 /// kNoPixelError if the tile's rays are too inexact or too oblique for the bounds, or lie in one
 /// plane.
 ///
-/// 1. A direction's component is fl(fl(corner + fl(du x)) + fl(dv y)): two products and two sums,
-///    each off by 1.01 u of its result (`error`; kDirectionRounding is the device's bound).
-/// 2. It is then put on the grid of directions: off by 2^-45 of the largest component (`snap` has
-///    2^-44).
-/// 3. In the frame's rows the errors add up to e = (e0, e1, e2) with |e0|, |e1| <= beside and |e2|
-///    <= along.
-/// 4. The exact direction is (X, Y, 1) there, so x is off by (e0 - X e2) / (1 + e2), y likewise: at
-///    most (beside + reach * along) / (1 - along).
+/// 1. A direction's component is fl(fl(corner + fl(du x)) + fl(dv y)): four operations, each off
+///    by 1.01 u of its result. The grid of directions adds 2^-45 of the largest component.
+/// 2. In the frame's rows the errors are (e0, e1, e2), |e0| and |e1| <= beside, |e2| <= along. The
+///    exact direction is (X, Y, 1) there, so that x is off by (e0 - X e2) / (1 + e2), y likewise.
 HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
     constexpr double kRounding = 1.01 * 0x1p-24;
     constexpr double kSnap = 0x1p-44;
@@ -94,8 +82,8 @@ HWY_INLINE void start_blocks(std::uint32_t width, std::uint32_t height, CameraPa
     frame.grid_columns = (width + kBlockSide - 1) / kBlockSide;
     frame.grid_rows = (height + kBlockSide - 1) / kBlockSide;
     std::fill_n(packet.block_q, kGridBlocks, kDone);
-    for (std::uint32_t row = 0; row < packet.frame.grid_rows; ++row)
-        std::fill_n(packet.block_q + row * kGridSide, packet.frame.grid_columns, 0.0f);
+    for (std::uint32_t row = 0; row < frame.grid_rows; ++row)
+        std::fill_n(packet.block_q + row * kGridSide, frame.grid_columns, 0.0f);
     packet.hit_leaves.clear();
 }
 
@@ -111,11 +99,16 @@ bool frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPack
     set_frame(frame, camera.org, axes, 0.5f * kCameraSide + 1);
     frame.ray_error = pixel_error(frame, camera, tile);
     if (frame.ray_error == kNoPixelError) return false;
+    packet.stored = nullptr;
+    packet.camera = camera;
+    packet.first_x = tile.x0;
+    packet.first_y = tile.y0;
     start_blocks(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
     set_wedges(frame, axes);
     return true;
 }
 
+/// Resets the rays of a packet whose frame is set: no candidate, any depth.
 HWY_INLINE void start_rays(std::uint32_t width, std::uint32_t height, CameraPacket& packet) {
     const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;
     for (std::size_t r = 0; r < count; r += kLanes) {
@@ -134,81 +127,49 @@ HWY_INLINE void start_rays(std::uint32_t width, std::uint32_t height, CameraPack
     }
 }
 
-/// Resets the rays of a camera's tile whose frame is set: no candidate, any depth.
-void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
-    packet.stored = nullptr;
-    packet.camera.first_x = static_cast<float>(tile.x0);
-    packet.camera.first_y = static_cast<float>(tile.y0);
-    for (int axis = 0; axis < 3; ++axis) {
-        packet.camera.corner[axis] = params.camera.corner[axis];
-        packet.camera.du[axis] = params.camera.du[axis];
-        packet.camera.dv[axis] = params.camera.dv[axis];
-    }
-    start_rays(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
-}
-
-// ---- 2. Stored rays
-
-/// Whether stored rays have a packet: all start at the first one's origin, none has an interval,
-/// and no direction is zero, infinite, NaN or below all normal floats.
-///
-/// A vector holds the two halves of some rays side by side: lane 2 i has (org, tnear) of ray i,
-/// lane 2 i + 1 its (dir, tfar).
-class StoredRayReader {
-public:
-    static constexpr std::size_t kRays = kLanes / 2;
-
-    explicit StoredRayReader(const StoredRay& first)
-        : is_dir_(mask_of(0xAAAAAAAAu & kLaneBits)), good_(mask_of(kLaneBits)) {
-        for (int axis = 0; axis < 3; ++axis) org_[axis] = splat(first.org[axis]);
-    }
-
-    /// Reads kRays rays, and writes their canonical directions for each axis in lanes 2 i + 1 of
-    /// out[axis].
-    HWY_INLINE void read(const StoredRay* rays, float out[3][kMaxLanes]) {
-        FloatVec v[3], end;
-        hn::LoadInterleaved4(kFloats, rays->org, v[0], v[1], v[2], end);
-        // A NaN compares as false.
-        const Mask same_org =
-            (v[0] == org_[0]) & (v[1] == org_[1]) & (v[2] == org_[2]) & (end <= zero());
-        const FloatVec largest = max3(abs(v[0]), abs(v[1]), abs(v[2]));
-        const FloatVec sum = abs(v[0]) + abs(v[1]) + abs(v[2]);
-        const Mask good_dir = (largest >= splat(0x1p-126f)) & (sum <= splat(0x1p126f)) &
-                              (end == splat(std::numeric_limits<float>::infinity()));
-        good_ = good_ & ((is_dir_ & good_dir) | and_not(is_dir_, same_org));
-        canonical_directions(v);
-        for (int axis = 0; axis < 3; ++axis) store(v[axis], out[axis]);
-    }
-
-    bool good() const { return all(good_); }
-
-private:
-    Mask is_dir_, good_;
-    FloatVec org_[3];
-};
+// ---- Stored rays
 
 /// Rays are prefetched this many rows ahead: processors do not foresee where a row of a tile
 /// begins.
 inline constexpr std::uint32_t kRowsAhead = 2;
 
 /// Stores the canonical directions of the rays of a tile by camera_packet_ray(). Returns false if
-/// the rays have no packet. width: a multiple of StoredRayReader::kRays.
+/// the rays have no packet: not all start at the first one's origin without an interval, or a
+/// direction is zero, infinite, NaN or below all normal floats. width: a multiple of kLanes / 2.
 HWY_INLINE bool store_directions(const StoredRayTile& tile, StoredDirections& out) {
-    StoredRayReader reader(*tile.rays);
-    alignas(64) float d[3][kMaxLanes];
+    // A vector holds the two halves of some rays side by side: lane 2 i has (org, tnear) of ray i,
+    // lane 2 i + 1 its (dir, tfar).
+    constexpr std::uint32_t kRays = kLanes / 2;
+    const Mask is_dir = mask_of(0xAAAAAAAAu & kLaneBits);
+    const float* const first = tile.rays->org;
+    const FloatVec org[3] = {splat(first[0]), splat(first[1]), splat(first[2])};
+    Mask good = mask_of(kLaneBits);
     for (std::uint32_t y = 0; y < tile.height; ++y) {
         const StoredRay* const row = tile.rays + y * tile.stride;
-        for (std::uint32_t x = 0; x < tile.width; x += StoredRayReader::kRays) {
+        for (std::uint32_t x = 0; x < tile.width; x += kRays) {
             if (y + kRowsAhead < tile.height)
-                prefetch(row + kRowsAhead * tile.stride + x,
-                         StoredRayReader::kRays * sizeof(StoredRay));
-            reader.read(row + x, d);
-            for (std::uint32_t i = 0; i < StoredRayReader::kRays; ++i) {
+                prefetch(row + kRowsAhead * tile.stride + x, kRays * sizeof(StoredRay));
+            FloatVec v[3], end;
+            hn::LoadInterleaved4(kFloats, row[x].org, v[0], v[1], v[2], end);
+            // A NaN compares as false.
+            const Mask same_org =
+                (v[0] == org[0]) & (v[1] == org[1]) & (v[2] == org[2]) & (end <= zero());
+            const FloatVec largest = max3(abs(v[0]), abs(v[1]), abs(v[2]));
+            const FloatVec sum = abs(v[0]) + abs(v[1]) + abs(v[2]);
+            const Mask good_dir = (largest >= splat(0x1p-126f)) & (sum <= splat(0x1p126f)) &
+                                  (end == splat(std::numeric_limits<float>::infinity()));
+            good = good & ((is_dir & good_dir) | and_not(is_dir, same_org));
+            const lanes::Float3 dir = lanes::canonical_direction(lanes::Float3(v));
+            alignas(64) float d[3][kMaxLanes];
+            store(dir.x, d[0]);
+            store(dir.y, d[1]);
+            store(dir.z, d[2]);
+            for (std::uint32_t i = 0; i < kRays; ++i) {
                 const std::uint32_t ray = camera_packet_ray(x + i, y);
                 for (int axis = 0; axis < 3; ++axis) out.d[axis][ray] = d[axis][2 * i + 1];
             }
         }
-        if (!reader.good()) return false;
+        if (!all(good)) return false;
     }
     return true;
 }
@@ -245,9 +206,8 @@ HWY_INLINE bool fit_grid(const StoredDirections& directions, std::uint32_t width
     return true;
 }
 
-/// Rays may be farther from their places on the grid than camera rays, but a packet whose rays are
-/// farther than this, in steps of the grid, leaves too much uncertain. It also keeps them within
-/// the frame's reach, 33.
+/// A packet whose rays are farther from their places than this, in steps of the grid, leaves too
+/// much uncertain. It also keeps them within the frame's reach, 33.
 inline constexpr float kMostPlaceError = 0.5f;
 /// The least z of a canonical direction in the frame.
 inline constexpr double kLeastStoredZ = 0.25;
@@ -255,13 +215,11 @@ inline constexpr double kLeastStoredZ = 0.25;
 /// An upper bound of how far the rays of a tile are from their places on the grid, in steps of it;
 /// kNoPixelError if a direction's z is too small.
 ///
-/// 1. A ray with the direction d goes through x = (rows[0] d) / (rows[2] d); y likewise. With its
-///    place X it is off by |rows[0] d - X (rows[2] d)| / (rows[2] d).
-/// 2. The numerator a is computed in double. The magnitudes of its terms add up to 2 row_size[0]
-///    and, as |X| < 33, to 66 row_size[2] (a canonical direction has components below 2): it is off
-///    by at most kStoredPlaceRounding times these. Likewise z is off by 3 * 2^-53 of 2 row_size[2],
-///    which is less than 0.01 % of kLeastStoredZ, since rows[2] has length 1.
-/// 3. a / z is rounded to float and divided, off by less than 0.01 %, so that kWiden covers both.
+/// 1. A ray with the direction d and the place X is off by |rows[0] d - X (rows[2] d)| / (rows[2]
+///    d) in x; y likewise.
+/// 2. The numerator is computed in double. The magnitudes of its terms add up to 2 row_size[0] and,
+///    as |X| < 33 and |d| < 2 on each axis, to 66 row_size[2]: kStoredPlaceRounding times these.
+/// 3. z is off by less than 0.01 % of kLeastStoredZ, and so are quotient and floats: kWiden.
 HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections& directions,
                                 std::uint32_t width, std::uint32_t height) {
     const hn::CappedTag<double, 8> doubles;
@@ -287,8 +245,8 @@ HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections
                     d[axis] =
                         hn::PromoteTo(doubles, hn::LoadU(halves, directions.d[axis] + block + l));
                 }
-                const auto x = hn::PromoteTo(doubles, hn::LoadU(halves, kGridRays.x[column] + l));
-                const auto y = hn::PromoteTo(doubles, hn::LoadU(halves, kGridRays.y[row] + l));
+                const auto x = hn::PromoteTo(doubles, hn::LoadU(halves, kGrid.x[column] + l));
+                const auto y = hn::PromoteTo(doubles, hn::LoadU(halves, kGrid.y[row] + l));
                 const auto z = along(2, d);
                 least_z = hn::Min(least_z, z);
                 const auto a = hn::Abs(hn::Sub(along(0, d), hn::Mul(x, z)));
@@ -324,7 +282,7 @@ HWY_INLINE bool frame_stored_packet(const StoredRayTile& tile, StoredDirections&
     return true;
 }
 
-// ---- 3. Hits
+// ---- Hits
 
 struct HitLanes {
     FloatVec t, u, v;
@@ -363,12 +321,8 @@ public:
             camera_.dv[k] = sign * packet.camera.dv[axis];
             one_scale_ = one_scale_ && least_size(k) * scale >= 2 * kDirectionOnGrid;
         }
-        if (!one_scale_) return;
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            camera_.corner[k] *= scale;
-            camera_.du[k] *= scale;
-            camera_.dv[k] *= scale;
-        }
+        for (vec3* v : {&camera_.corner, &camera_.du, &camera_.dv})
+            if (one_scale_) *v *= scale;
     }
 
     void run() {
@@ -384,7 +338,6 @@ public:
 
 private:
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
-    float depth_slack() const { return 0.25f * packet_.frame.depth_margin; }
 
     Hit* place(std::size_t ray) const {
         const std::size_t block = ray / kBlockRays;
@@ -405,12 +358,14 @@ private:
     float least_size(std::uint32_t k) const {
         constexpr float kHalf = 0.5f * kCameraSide;
         constexpr float kRounding = 0x1p-20f;
-        const float middle = camera_.corner[k] + camera_.du[k] * (camera_.first_x + kHalf) +
-                             camera_.dv[k] * (camera_.first_y + kHalf);
+        const auto x = static_cast<float>(packet_.first_x);
+        const auto y = static_cast<float>(packet_.first_y);
+        const float middle =
+            camera_.corner[k] + camera_.du[k] * (x + kHalf) + camera_.dv[k] * (y + kHalf);
         const float spread = (kHalf + 1) * (std::abs(camera_.du[k]) + std::abs(camera_.dv[k]));
         const float rounding =
-            kRounding * (std::abs(camera_.corner[k]) + std::abs(camera_.du[k] * camera_.first_x) +
-                         std::abs(camera_.dv[k] * camera_.first_y) + spread);
+            kRounding * (std::abs(camera_.corner[k]) + std::abs(camera_.du[k] * x) +
+                         std::abs(camera_.dv[k] * y) + spread);
         return std::abs(middle) - spread - rounding;
     }
 
@@ -418,7 +373,7 @@ private:
     void point_columns() {
         for (std::uint32_t column = 0; column < kGridSide; ++column) {
             for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
-                const FloatVec x = pixel(kGridRays.x[column] + l, packet_.camera.first_x);
+                const FloatVec x = pixel(kGrid.x[column] + l, packet_.first_x);
                 for (int k = 0; k < 3; ++k) {
                     const FloatVec part = splat(camera_.du[k]) * x;
                     store(splat(camera_.corner[k]) + part, columns_[k] + column * kBlockRays + l);
@@ -433,7 +388,7 @@ private:
     /// component is so small that it must be put on the grid.
     HWY_INLINE void point_row(std::size_t row) {
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
-            const FloatVec y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
+            const FloatVec y = pixel(kGrid.y[row] + l, packet_.first_y);
             FloatVec part[3];
             for (int k = 0; k < 3; ++k) part[k] = splat(camera_.dv[k]) * y;
             if (HWY_LIKELY(one_scale_)) {
@@ -444,8 +399,10 @@ private:
             for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
                 FloatVec d[3];
                 for (int k = 0; k < 3; ++k) d[k] = load(columns_[k] + r) + part[k];
-                canonical_directions(d);
-                for (int k = 0; k < 3; ++k) store(d[k], scaled_[k] + r);
+                const lanes::Float3 dir = lanes::canonical_direction(lanes::Float3(d));
+                store(dir.x, scaled_[0] + r);
+                store(dir.y, scaled_[1] + r);
+                store(dir.z, scaled_[2] + r);
             }
         }
     }
@@ -460,10 +417,10 @@ private:
         return load(parts + in_row) + load(row_[k] + in_row % kBlockRays);
     }
 
-    static HWY_INLINE FloatVec pixel(const float* offsets, float first) {
+    static HWY_INLINE FloatVec pixel(const float* offsets, std::uint32_t first) {
         // The sum of the packet's middle, the offset of its first pixel and the pixel's own.
         constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-        return load(offsets) + splat(first + kMiddle) + splat(0.5f);
+        return load(offsets) + splat(static_cast<float>(first) + kMiddle) + splat(0.5f);
     }
 
     /// Writes the hits of some columns of a block, whose four rows are side by side in `hits`.
@@ -544,7 +501,7 @@ private:
             spread_candidates(packet_, packet_.candidate + rays.first, found);
         const FloatVec d[3] = {dir<kStored>(0, rays.first), dir<kStored>(1, rays.first),
                                dir<kStored>(2, rays.first)};
-        const FloatVec slack = splat(depth_slack());
+        const FloatVec slack = splat(slack_);
         rays.prim_ids = candidates.prim_ids;
         rays.is_fast = kMixed ? project_mixed(d, slack, candidates, rays.fast)
                               : rays.fast.project(d, slack, candidates.corner);
@@ -586,7 +543,7 @@ private:
               place(rays.first));
         std::uint32_t rest = rays.rays & ~bits_of(rays.is_fast & rays.fast.is_ahead);
         if (HWY_LIKELY(rest == 0)) return;
-        const Mask is_hit_ahead = rays.fast.is_hit_ahead(z, splat(depth_slack()));
+        const Mask is_hit_ahead = rays.fast.is_hit_ahead(z, splat(slack_));
         for (rest &= ~bits_of(rays.is_fast & is_hit_ahead); rest != 0; rest &= rest - 1) {
             fallback_[fallback_count_++] = static_cast<std::uint16_t>(rays.first + first_bit(rest));
         }
@@ -603,11 +560,9 @@ private:
             }
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
             const TriangleLanes triangles = candidate_triangles(packet_, candidates, lanes);
-            FloatVec dir[3];
-            directions_of(packet_, load(rays), dir);
             lanes::TriangleHit hit;
-            const lanes::ShearedRay sheared =
-                lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));
+            const lanes::ShearedRay sheared = lanes::shear_ray(lanes::Float3(packet_.frame.org),
+                                                               directions_of(packet_, load(rays)));
             intersect_triangles(sheared, triangles, splat(kInfiniteT), lanes, hit);
             Hit hits[kLanes];
             hn::StoreInterleaved4(hit.t, hit.u, hit.v, as_float(triangles.prim_ids), kFloats,
@@ -619,8 +574,9 @@ private:
     const CameraPacket& packet_;
     Hit* rows_;
     std::size_t stride_;
+    float slack_ = 0.25f * packet_.frame.depth_margin;
     /// The packet's camera, rotated for its axis if it has one, with positive largest components.
-    CameraRays camera_;
+    Camera camera_;
     /// Stored directions, rotated likewise, and the sign bit that makes their largest components
     /// positive.
     const float* stored_[3] = {};
@@ -635,6 +591,5 @@ private:
     std::size_t fallback_count_ = 0;
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

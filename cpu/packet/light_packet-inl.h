@@ -1,31 +1,21 @@
-// Makes light packets of rays that start at one point and have any directions. In order:
-//   1. rays and depths of blocks
-//   2. the plane that the rays go through, chosen from samples
-//   3. wide blocks: where a surface ends in the image, the rays of one block are far apart
-//   4. blocks in the plane; rays of wide blocks are regrouped with their neighbours
-//   5. the frame of the plane, and the bounds of blocks, quads and groups in its unit
-//   6. the packet; rays too wide for one plane have a packet for each face of a cube
+// Makes light packets of rays that start at one point and have any directions. Their plane is
+// chosen from samples. Rays of wide blocks, which lie where a surface ends in the image, are
+// regrouped with their neighbours. Rays too wide for one plane have a packet for each face of a
+// cube.
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <span>
 
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/light_packet.h"
 #include "cpu/packet/packet_plane-inl.h"
-#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
-
-// ---- 1. Rays and depths
+namespace mray::cpu::HWY_NAMESPACE {
 
 HWY_INLINE void update_quad_depth(LightPacket& packet, std::uint32_t quad) {
-    const float* block_q = packet.block_q + quad * kQuadBlocks;
-    packet.quad_q[quad] =
-        std::min(std::min(block_q[0], block_q[1]), std::min(block_q[2], block_q[3]));
+    const float* q = packet.block_q + quad * kQuadBlocks;
+    packet.quad_q[quad] = std::min(std::min(q[0], q[1]), std::min(q[2], q[3]));
 }
 
 /// Updates block_q of a block from its rays, and quad_q of its quad.
@@ -50,17 +40,15 @@ HWY_INLINE std::uint32_t regrouped_groups(const LightPacket& packet) {
     return (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
 }
 
-// ---- 2. The plane
+// ---- The plane
 
 /// The plane's unit is chosen so that |x| and |y| are at most this.
 inline constexpr float kPlaneHalf = 0.5f * kLightPacketSide;
 
-/// The least extent for which a unit is chosen: a packet of nearly parallel rays gets no tiny unit.
-inline constexpr double kLeastPlaneExtent = 0x1p-16;
-
-/// The unit for |x|, |y| up to `extent`, a power of two.
+/// The unit for |x|, |y| up to `extent`, a power of two. Nearly parallel rays get no tiny unit.
 inline double plane_unit(double extent) {
-    return std::exp2(std::ceil(std::log2(std::max(extent, kLeastPlaneExtent) / kPlaneHalf)));
+    constexpr double kLeastExtent = 0x1p-16;
+    return std::exp2(std::ceil(std::log2(std::max(extent, kLeastExtent) / kPlaneHalf)));
 }
 
 struct Samples {
@@ -68,8 +56,7 @@ struct Samples {
     std::size_t count = 0;
 };
 
-/// One ray of every block with this step tells well enough where the packet goes. More of them cost
-/// more than they save (lab/notes/cpu_tracer.md).
+/// One ray of every block with this step tells where the packet goes (lab/notes/cpu_tracer.md).
 inline constexpr std::uint32_t kSampleStep = 17;
 
 /// Takes the first ray of every step-th block, of blocks that have one.
@@ -159,7 +146,7 @@ HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
     return true;
 }
 
-// ---- 3. Wide blocks
+// ---- Wide blocks
 
 /// Blocks of a light packet, by group, as bits.
 struct LightPacketBlocks {
@@ -178,9 +165,8 @@ HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
     }
 }
 
-/// The median of `used` positive numbers among `size`, the others being infinite: the least number
-/// with no more than half of them below it, or up to an eighth less. It is found bit by bit, which
-/// takes less time than sorting (lab/notes/cpu_tracer.md).
+/// The median of `used` positive numbers among `size`, the others being infinite, or up to an
+/// eighth less: found bit by bit, which takes less time than sorting (lab/notes/cpu_tracer.md).
 HWY_INLINE float median_of_blocks(const float* values, std::size_t size, std::size_t used) {
     constexpr int kHighest = 30, kLowest = 20;  // the exponent and 3 bits of the mantissa
     std::uint32_t median = 0;
@@ -212,8 +198,7 @@ HWY_INLINE void measure_spreads(const LightPacket& packet, std::uint32_t first, 
     }
 }
 
-/// Adds to `wide` the blocks of [first, end), whole groups, whose rays spread farther than `width`.
-/// Returns how many they are.
+/// Adds the blocks of [first, end) whose rays spread farther than `width`. Returns their number.
 HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first, std::uint32_t end,
                                     float width, LightPacketBlocks& wide) {
     std::size_t blocks = 0;
@@ -251,13 +236,11 @@ struct Cells {
     }
 };
 
-/// A cell's extent is at least this over kPerSide, so that no scale overflows.
-inline constexpr float kLeastExtent = 1e-20f;
-
 HWY_INLINE Cells cells_around(const LightPacket& packet, const LightPacketBlocks& blocks) {
     PlaneRectangle r = PlaneRectangle::none();
     for_each_block(blocks, [&](std::uint32_t block) { r.add(packet.blocks[block]); });
     constexpr float kSide = Cells::kPerSide;
+    constexpr float kLeastExtent = 1e-20f;  // no scale overflows
     return {r.lower_x, r.lower_y, kSide / std::max(r.upper_x - r.lower_x, kLeastExtent),
             kSide / std::max(r.upper_y - r.lower_y, kLeastExtent)};
 }
@@ -310,17 +293,10 @@ HWY_INLINE void deactivate_blocks(LightPacket& packet, const LightPacketBlocks& 
     });
 }
 
-// ---- 4. Blocks
+// ---- Blocks
 
 /// Rays are prefetched this many blocks ahead of the current one (lab/notes/cpu_tracer.md).
 inline constexpr std::uint32_t kBlocksAhead = 24;
-
-/// Prefetches a block of rays. Behind the last block lie the blocks of the next packet, or memory
-/// that is never read.
-HWY_INLINE void prefetch_block(const SharedOriginRays* rays, std::uint32_t block) {
-    const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(SharedOriginRays);
-    prefetch(reinterpret_cast<const void*>(first), sizeof(SharedOriginRays));
-}
 
 /// Reduces each of kGroupBlocks vectors to one of kGroupBlocks floats. combine: min or max of two
 /// vectors.
@@ -332,9 +308,6 @@ HWY_INLINE void reduce_lanes(const float* vectors, Combine combine, float* out) 
         reduce_four(four, combine, out + k);
     }
 }
-
-/// The least z of a ray in a packet, which the bounds of rounding assume.
-inline constexpr float kLeastZ = 0.25f;
 
 /// Bounds of x, y and 1 / z of blocks while their group is made: a vector each, not reduced yet.
 struct alignas(64) GroupBounds {
@@ -393,9 +366,8 @@ HWY_NOINLINE inline void make_regrouped_blocks(const LightPlane& plane,
                                                LightPacket& packet, FloatVec& least_z) {
     packet.regrouped_count =
         static_cast<std::uint32_t>((rays.size() + kBlockRays - 1) / kBlockRays);
-    const std::uint32_t groups = (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
     GroupBounds bounds;
-    for (std::uint32_t i = 0; i < groups * kGroupBlocks; ++i) {
+    for (std::uint32_t i = 0; i < regrouped_groups(packet) * kGroupBlocks; ++i) {
         SharedOriginRays& own = packet.regrouped[i];
         own = SharedOriginRays::none();
         for (std::uint32_t k = 0; k < kBlockRays; ++k) {
@@ -423,19 +395,23 @@ HWY_NOINLINE inline void regroup_blocks(const LightPlane& plane, const LightPack
     make_regrouped_blocks(plane, order.of_keys(0, Cells::kCount), packet, least_z);
 }
 
-/// The rays of blocks that spread more than kWide times as far as the rays of the median block are
-/// regrouped, if these are at least kFewBlocks. Blocks that still spread more than kTooWide times
-/// as far are deactivated; their rays become fallback rays.
+/// The rays of blocks that spread more than kWide times as far as the median block are regrouped,
+/// if these are at least kFewBlocks. The rays of blocks that still spread more than kTooWide times
+/// as far become fallback rays.
 inline constexpr float kWide = 1.6f;
 inline constexpr float kTooWide = 12;
 inline constexpr std::size_t kFewBlocks = 2;
 
-/// Makes all blocks of a packet in place. Returns the least z of their rays.
+/// Makes all blocks in place. Returns the least z of their rays.
 HWY_INLINE FloatVec make_light_blocks(const LightPlane& plane, LightPacket& packet) {
+    constexpr std::size_t kRaysSize = sizeof(SharedOriginRays);
     FloatVec least_z = splat(kEmptyLower);
     GroupBounds bounds;
     for (std::uint32_t block = 0; block < packet.square_count * kSquareBlocks; ++block) {
-        prefetch_block(packet.rays, block + kBlocksAhead);
+        // Behind the last block lie the blocks of the next packet, or memory that is never read.
+        const auto rays = reinterpret_cast<std::uintptr_t>(packet.rays);
+        prefetch(reinterpret_cast<const void*>(rays + (block + kBlocksAhead) * kRaysSize),
+                 kRaysSize);
         make_light_block(packet.rays[block], plane, block, packet, bounds, least_z);
         if (block % kGroupBlocks == kGroupBlocks - 1) bounds.store(block / kGroupBlocks, packet);
     }
@@ -453,23 +429,25 @@ HWY_INLINE bool regroup_wide_blocks(const LightPlane& plane, LightPacket& packet
     if (spreads.used == 0) return false;
     const float median = median_of_blocks(spreads.of_block, count, spreads.used);
     const std::size_t wide = blocks_wider(spreads, 0, count, kWide * median, regrouped);
+    if (wide == 0) return true;
     if (wide >= kFewBlocks) {
         regroup_blocks(plane, regrouped, packet, least_z);
         const std::uint32_t end = kLightPacketBlocks + regrouped_groups(packet) * kGroupBlocks;
         measure_spreads(packet, kLightPacketBlocks, end, spreads);
         blocks_wider(spreads, kLightPacketBlocks, end, kTooWide * median, fallback);
-        deactivate_blocks(packet, fallback);
-    } else if (wide != 0) {
+    } else {
         blocks_wider(spreads, 0, count, kTooWide * median, fallback);
-        deactivate_blocks(packet, fallback);
     }
+    deactivate_blocks(packet, fallback);
     return true;
 }
 
-// ---- 5. The frame
+// ---- The frame
 
-/// The largest |x / z| or |y / z| of a packet from the plane's origin.
+/// The largest |x / z| or |y / z| of a packet from the plane's origin, and the least z of its rays.
+/// The bounds of rounding assume both.
 inline constexpr float kWidestPlane = 1.5f;
+inline constexpr float kLeastZ = 0.25f;
 
 /// Calls visit(first, end) for the blocks in place and for the regrouped blocks, in whole groups.
 template <class Visit>
@@ -537,12 +515,8 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
 }
 
 /// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
-/// plane's unit. extent: the largest |x| or |y|.
-///
-/// 1. A fused difference, a product, a fused sum, 1 / z and the last product round once each: 5 u
-///    of two terms whose magnitudes add up to at most 2.45 extent, which is less than 16 u of it.
-/// 2. dot_error is relative to row_size and covers second orders and double (2^-40), or what a
-///    product rounds without fused operations, over z > kLeastZ (2^-19): lab/proofs/packet_rays.g.
+/// plane's unit (lab/proofs/packet_rays.g): 16 u of `extent`, the largest |x| or |y|, and by the
+/// rows second orders and double (2^-40), or products without fused operations (2^-19).
 HWY_INLINE float place_error(const PacketFrame& frame, float extent) {
     const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
     return static_cast<float>(kWiden * 0x1p-20 * extent) +
@@ -575,11 +549,11 @@ HWY_INLINE bool set_plane(vec3 org, LightPlane plane, LightPacket& packet) {
     return true;
 }
 
-// ---- 6. The packet
+// ---- The packet
 
 /// Makes a packet of some squares of rays that start at `org`. Returns false if they spread too
-/// widely for one plane, or if there is no ray. fallback: receives the blocks whose rays have too
-/// little in common with the others and are not traced; it is empty before.
+/// widely for one plane, or if there is no ray. fallback: receives blocks that are not traced,
+/// because their rays have too little in common with the others; it is empty before.
 bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squares,
                        LightPacket& packet, LightPacketBlocks& fallback) {
     Samples samples;
@@ -653,6 +627,5 @@ HWY_INLINE bool make_face_packet(vec3 org, const SharedOriginRays* rays, std::ui
     return least_lane(least_z) > kLeastZ && set_plane(org, plane, packet);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

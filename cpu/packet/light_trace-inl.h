@@ -1,38 +1,26 @@
-// Any hits of a light packet. In order:
-//   1. blocks and quads: which of them a rectangle of the plane or a depth concerns
-//   2. items (triangle, block): which need a test, and what the bounds decide about single rays
-//   3. edges of triangles against bounds of many rays
-//   4. a leaf: its triangles against blocks of rays
-//   5. the packet in the tree: its active rays at a node are a set of quads
+// Any hits of a light packet: blocks and quads; a triangle at a block's rays; edges of triangles
+// against bounds of many rays; a leaf against blocks; and the tree, where the active rays at a node
+// are a set of quads.
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 
-#include "common/interop/packet_bounds.h"
 #include "cpu/packet/light_packet-inl.h"
-#include "cpu/packet/light_packet.h"
-#include "cpu/packet/packet_plane-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Blocks and quads
+// ---- Blocks and quads
 
 /// The blocks of a group with rays that may lie in a rectangle and that a hit at 1/z <= q may
 /// concern, as bits.
 HWY_INLINE std::uint32_t blocks_in(const LightPacket& packet, const RectangleLanes& rectangle,
                                    float q, std::uint32_t group) {
-    std::uint32_t blocks = 0;
-    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+    return bits_of_sixteen([&](std::size_t l) HWY_ATTR {
         const std::size_t b = group * kGroupBlocks + l;
         const Mask near = splat(q) >= load(packet.block_q + b);
-        blocks |= bits_of(near & rectangle.meets(RectangleLanes(packet.blocks, b))) << l;
-    }
-    return blocks;
+        return near & rectangle.meets(RectangleLanes(packet.blocks, b));
+    });
 }
 
 /// Quads of a packet as bits: the first word has quads in place, the second quads of regrouped
@@ -46,8 +34,8 @@ struct QuadSet {
     }
 };
 
-/// With more quads than this in reach of a box, comparing each quad, and its rays, with the box
-/// costs more than it saves (lab/notes/cpu_tracer.md).
+/// With more quads than this, comparing each, and its rays, with a box costs more than it saves
+/// (lab/notes/cpu_tracer.md).
 inline constexpr std::size_t kFewQuads = 8;
 
 /// The quads of `among` for which is_met(k) has a lane: it tests as many as there are lanes, from
@@ -88,12 +76,10 @@ HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangle
             const std::size_t k = 64 * word + first_bit(rest);
             const RectangleLanes quad(packet.quads[k]);
             const FloatVec quad_q = splat(packet.quad_q[k]);
-            std::uint32_t met = 0;
-            for (std::size_t l = 0; l < kWidth; l += kLanes) {
-                const Mask near = load(q + l) >= quad_q;
-                met |= bits_of(near & RectangleLanes(r, l).meets(quad)) << l;
-            }
-            met &= slots;
+            std::uint32_t met = slots & bits_of_sixteen([&](std::size_t l) HWY_ATTR {
+                                    const Mask near = load(q + l) >= quad_q;
+                                    return near & RectangleLanes(r, l).meets(quad);
+                                });
             kept |= met;
             for (; met != 0; met &= met - 1) quads_of[first_bit(met)].words[word] |= rest & -rest;
         }
@@ -111,8 +97,7 @@ HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSe
 /// (lab/notes/cpu_tracer.md).
 inline constexpr float kMostOverlap = 8;
 
-/// Whether quads lie over each other, so that most boxes concern many of them but few rays: the
-/// areas of all quads are more than kMostOverlap times that of their bounds.
+/// Whether quads lie over each other, so that most boxes concern many of them but few rays.
 HWY_INLINE bool quads_overlap(const LightPacket& packet) {
     FloatVec area = zero();
     for (std::size_t k = 0; k < kLightPacketQuads; k += kLanes) {
@@ -165,19 +150,17 @@ private:
     FloatVec q_;
 };
 
-// ---- 2. Items
+// ---- Items
 
 /// The triangles of a leaf whose rectangle meets a block and that are near enough for it, as bits.
 HWY_INLINE std::uint32_t triangles_at(const LightPacket& packet, const LightTriangles& triangles,
                                       std::uint32_t block) {
     const RectangleLanes own(packet.blocks[block]);
     const FloatVec q = splat(packet.block_q[block]);
-    std::uint32_t found = 0;
-    for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+    return bits_of_sixteen([&](std::size_t l) HWY_ATTR {
         const Mask near = load(triangles.q + l) >= q;
-        found |= bits_of(near & RectangleLanes(triangles.rectangles, l).meets(own)) << l;
-    }
-    return found;
+        return near & RectangleLanes(triangles.rectangles, l).meets(own);
+    });
 }
 
 /// A set-up triangle in registers, with the error of its 1/z.
@@ -228,18 +211,9 @@ struct MissPlanes : Planes {
 };
 
 /// Whether all rays of a block certainly miss a triangle or hit it beyond their limits. It decides
-/// less than Position but costs less, since its constants are found once a leaf.
-///
-/// 1. A ray misses where an edge function is below -bound. most_c = c + kMissBound * bound, and
-///    the test is a x + b y + most_c < 0: what kMissBound exceeds 1 by covers the rounding of
-///    most_c and of the sums (lab/proofs/packet_any.g).
-/// 2. The bounds say nothing of a ray outside the triangle's rectangle, but such a ray misses.
-/// 3. The rule hits nothing nearer than q = triangles.q, and the error c0 + q (c1 + q c2) grows
-///    with q. So with most_q = depth_c + the error at that q, 1/z of a hit is at most a x + b y +
-///    most_q.
-/// 4. most_q has kLightErrorFactor times the error, for its own roundings, and kMissGradient
-///    times the gradient for that of the sum, since |depth_c| <= 1/z in the middle + reach *
-///    gradient.
+/// less than Position but costs less, since its constants are found once a leaf: most_c and most_q
+/// hold the bounds of edge functions and of 1/z, and all roundings (lab/proofs/packet_any.g). A ray
+/// outside the triangle's rectangle, of which the bounds say nothing, misses.
 HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
                                  std::uint32_t block) {
     Mask all_miss = zero() == zero();
@@ -254,7 +228,7 @@ HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
     return all(all_miss);
 }
 
-// ---- 3. Edges
+// ---- Edges
 
 /// Rectangles of the plane, by their middles and half extents.
 struct MiddleRectangles {
@@ -267,15 +241,10 @@ struct MiddleRectangles {
     FloatVec x, y, half_x, half_y;
 };
 
-/// An edge of triangles against rectangles that are the bounds of blocks or of groups, which are
-/// dilated by twice ray_error; a triangle and a rectangle a lane. `highest` is an upper bound of
-/// the edge function plus its bound over a rectangle, `lowest` of its negative plus the bound: if
-/// less than limit(bound), the function is certainly below -bound, or above bound, for all rays
-/// there.
-///
-/// most_c and kBlockBound leave three quarters of `bound` on top of the test of a ray, which cover
-/// four partial sums and the rounding of a rectangle's middle and half extent
-/// (lab/proofs/packet_any.g). Rounding is symmetric, so that all holds for negatives, too.
+/// An edge of triangles against rectangles that are the bounds of blocks or of groups; a triangle
+/// and a rectangle a lane. `highest` is an upper bound of the edge function plus its bound over a
+/// rectangle, `lowest` of its negative plus the bound: if less than limit(bound), the function is
+/// certainly below -bound, or above bound, for all rays there (lab/proofs/packet_any.g).
 struct EdgeRange {
     FloatVec a, b, most_c, most_minus_c;
 
@@ -295,11 +264,8 @@ private:
 };
 
 /// The edges of one triangle against many rectangles. kOriented: edge functions are positive
-/// inside; else they have one sign there.
-///
-/// Where an oriented triangle has an edge function below -bound, the ray misses it; an unoriented
-/// one, where another function is above bound as well (docs/design/arithmetic.md, "Packets",
-/// step 2).
+/// inside, so that a ray misses where one is below -bound. Else they have one sign inside, and
+/// another function must be above bound as well.
 template <bool kOriented>
 class Outline {
 public:
@@ -317,8 +283,7 @@ public:
     }
 
     /// The blocks whose rays all end before they reach the triangle: block_q is the least 1/z of
-    /// their ends. As certainly_misses() for a ray; kBlockGradient of the gradient covers a
-    /// rectangle's middle and half extent and four partial sums (lab/proofs/packet_any.g).
+    /// their ends. kBlockGradient covers what is rounded here (lab/proofs/packet_any.g).
     HWY_INLINE Mask is_beyond(const MiddleRectangles& r, FloatVec block_q) const {
         const FloatVec middle = mul_add(depth_a_, r.x, mul_add(depth_b_, r.y, most_q_));
         const FloatVec most =
@@ -365,34 +330,24 @@ HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
     return ~(below & (above | ~triangles.unoriented));
 }
 
-HWY_INLINE MiddleRectangles rectangles_of(const LightPacket& packet, std::size_t block) {
-    return MiddleRectangles(RectangleLanes(packet.blocks, block));
-}
-
 /// The blocks of a group that reach an oriented triangle, or may, as bits.
 HWY_INLINE std::uint32_t blocks_reaching(const LightPacket& packet, const Outline<true>& outline,
                                          std::uint32_t group) {
-    std::uint32_t reaching = 0;
-    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+    return bits_of_sixteen([&](std::size_t l) HWY_ATTR {
         const std::size_t block = group * kGroupBlocks + l;
-        const Mask is_beyond =
-            outline.is_beyond(rectangles_of(packet, block), load(packet.block_q + block));
-        reaching |= bits_of(!is_beyond) << l;
-    }
-    return reaching;
+        const MiddleRectangles own(RectangleLanes(packet.blocks, block));
+        return !outline.is_beyond(own, load(packet.block_q + block));
+    });
 }
 
 /// The blocks of a group that an outline does not exclude, as bits.
 template <bool kOriented>
 HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet,
                                         const Outline<kOriented>& outline, std::uint32_t group) {
-    std::uint32_t through = 0;
-    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
-        const std::size_t block = group * kGroupBlocks + l;
-        const Mask outside = outline.excludes(rectangles_of(packet, block));
-        through |= bits_of(!outside) << l;
-    }
-    return through;
+    return bits_of_sixteen([&](std::size_t l) HWY_ATTR {
+        const RectangleLanes own(packet.blocks, group * kGroupBlocks + l);
+        return !outline.excludes(MiddleRectangles(own));
+    });
 }
 
 /// The groups that meet a rectangle and that an outline does not exclude, as bits.
@@ -411,12 +366,11 @@ HWY_INLINE std::uint32_t groups_through(const LightPacket& packet,
     return through;
 }
 
-// ---- 4. Leaves
+// ---- Leaves
 
 /// Appends the numbers of the bits of a mask, bit 0 being `first`, behind `count` numbers. Returns
-/// how many numbers there are then. `numbers` has room for 15 more than are appended. Targets that
-/// can compress a vector have no branch on the mask: the work on a number takes less time than a
-/// mispredicted branch.
+/// how many there are then. `numbers` can hold 15 more. Targets that can compress a vector need no
+/// branch on the mask, which would be mispredicted.
 HWY_INLINE std::size_t append_bits(std::uint32_t* numbers, std::size_t count, std::uint32_t first,
                                    std::uint32_t mask) {
 #if HWY_TARGET <= HWY_AVX3
@@ -447,7 +401,8 @@ public:
         const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, triangles_);
         const std::uint32_t unoriented = alive & triangles_.unoriented;
         const std::uint32_t oriented = alive & ~unoriented;
-        const std::uint32_t one_by_one = triangles_for_many(oriented, count);
+        std::uint32_t one_by_one = count > kManyOfTriangle ? oriented & triangles_.behind : 0;
+        if (count > kManyBlocks * hwy::PopCount(oriented)) one_by_one = oriented;
         if (one_by_one != oriented) {
             list_blocks();
             for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
@@ -460,12 +415,6 @@ public:
     }
 
 private:
-    /// The first quad of each group that has some, as bits.
-    static HWY_INLINE std::uint64_t groups_of(std::uint64_t quads) {
-        const std::uint64_t pairs = quads | quads >> 1;
-        return (pairs | pairs >> 2) & 0x1111111111111111;
-    }
-
     static constexpr std::size_t kBlocksAtOnce = 64;
 
     /// With more blocks than this, testing their rays costs more than it saves
@@ -482,12 +431,6 @@ private:
     /// Triangles that are taken one by one are listed until they have this many blocks.
     static constexpr std::size_t kListedBlocks = 256;
 
-    /// The triangles that are taken one by one, as bits.
-    HWY_INLINE std::uint32_t triangles_for_many(std::uint32_t oriented, std::size_t blocks) const {
-        if (blocks > kManyBlocks * hwy::PopCount(oriented)) return oriented;
-        return blocks > kManyOfTriangle ? oriented & triangles_.behind : 0;
-    }
-
     /// Finds grouped_: the blocks of some quads that a rectangle and a hit at 1/z <= q may concern.
     /// Returns their number.
     HWY_INLINE std::size_t group_blocks(const PlaneRectangle& rectangle, float q,
@@ -496,8 +439,10 @@ private:
         std::size_t count = 0;
         grouped_.groups = 0;
         for (std::uint32_t word = 0; word < 2; ++word) {
-            for (std::uint64_t groups = groups_of(quads.words[word]); groups != 0;
-                 groups &= groups - 1) {
+            // The first quad of each group that has some.
+            const std::uint64_t pairs = quads.words[word] | quads.words[word] >> 1;
+            std::uint64_t groups = (pairs | pairs >> 2) & 0x1111111111111111;
+            for (; groups != 0; groups &= groups - 1) {
                 const std::uint32_t group =
                     (64 * word + first_bit(groups)) / (kGroupBlocks / kQuadBlocks);
                 const std::uint32_t blocks = blocks_in(packet_, own, q, group);
@@ -581,8 +526,7 @@ private:
     }
 
     /// Traces the first of some triangles, until these have kListedBlocks blocks. Returns the
-    /// others. The blocks of all are listed before any is tested, so that no test waits for its
-    /// block's number.
+    /// others. All blocks are listed first, so that no test waits for its block's number.
     HWY_INLINE std::uint32_t trace_some(const Leaf& leaf, std::uint32_t alive) {
         /// A triangle whose blocks end before blocks_[end].
         struct Listed {
@@ -695,7 +639,8 @@ private:
         lanes::TriangleHit hits;
         const lanes::ShearedRay rays =
             lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));
-        return bits_of(intersect_triangles(rays, same_triangle(leaf, i), tfar, lanes, hits));
+        return bits_of(intersect_triangles(rays, mask_of(lanes), {zero(), tfar},
+                                           corners_in_lanes(leaf, i), hits));
     }
 
     LightPacket& packet_;
@@ -705,12 +650,11 @@ private:
     std::uint32_t items_[kBlocksAtOnce * kLeafTriangles + 15];
 };
 
-// ---- 5. The tree
+// ---- The tree
 
 /// Marks the occluded rays of a packet as done. A quad takes one comparison with a box instead of
-/// four for its blocks. Boxes that concern few quads are compared with their rays, too: where
-/// triangles are small as the light sees them, most boxes lie between the rays. Only leaves test
-/// blocks.
+/// four for its blocks, which only leaves test. Boxes that concern few quads are compared with
+/// their rays, too: most lie between the rays where the light sees small triangles.
 class alignas(kPage) LightPacketTracer {
 public:
     /// The quads that a box may concern, and the rectangle that the box is seen in.
@@ -726,7 +670,7 @@ public:
 
     HWY_INLINE bool narrow(float q, bool is_node, ActiveRays& active) const {
         active.quads = quads_beyond(packet_, q, active.quads);
-        if (is_node && has_few(active))
+        if (is_node && active.quads.count() <= kFewQuads)
             active.quads = RaysWithin(packet_, active.rectangle, q).quads(active.quads);
         return active.quads.any();
     }
@@ -736,7 +680,7 @@ public:
         const Rectangles& r = children.rectangles;
         QuadSet quads_of[kWidth];
         std::uint32_t kept = 0;
-        if (has_few(active)) {
+        if (active.quads.count() <= kFewQuads) {
             kept = few_quads_in(packet_, r, children.q, slots, active.quads, quads_of);
         } else {
             for (; slots != 0; slots &= slots - 1) {
@@ -759,10 +703,6 @@ public:
     }
 
 private:
-    static HWY_INLINE bool has_few(const ActiveRays& active) {
-        return active.quads.count() <= kFewQuads;
-    }
-
     LightPacket& packet_;
     LeafOcclusion occlusion_;
 };
@@ -773,6 +713,5 @@ HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
     if (traversal.start(LightPacketTracer::all())) traversal.run();
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

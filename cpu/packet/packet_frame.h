@@ -1,9 +1,8 @@
-// The common part of camera packets and light packets: rays with one origin in blocks of 4 x 4, and
-// the plane that they are seen in. Plain data without SIMD types.
+// The common part of camera packets and light packets, as plain data: rays with one origin in
+// blocks of 4 x 4, and the plane that they are seen in.
 #pragma once
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -29,9 +28,8 @@ inline constexpr float kAnyDepth = 3e38f;
 /// Bounds x and y of a rectangle that is the whole plane: far beyond any ray, since `reach` is 33.
 inline constexpr float kWholePlane = 1e6f;
 
-/// Bounds of an empty range of x or y.
+/// The lower bound of an empty range of x or y; the upper one is its negative.
 inline constexpr float kEmptyLower = 1e30f;
-inline constexpr float kEmptyUpper = -kEmptyLower;
 
 /// Bounds of x and y in a packet's plane.
 struct PlaneRectangle {
@@ -41,7 +39,7 @@ struct PlaneRectangle {
         return {-kWholePlane, kWholePlane, -kWholePlane, kWholePlane};
     }
     static constexpr PlaneRectangle none() {
-        return {kEmptyLower, kEmptyUpper, kEmptyLower, kEmptyUpper};
+        return {kEmptyLower, -kEmptyLower, kEmptyLower, -kEmptyLower};
     }
 
     void add(const PlaneRectangle& r) {
@@ -104,9 +102,9 @@ struct PacketFrame {
     float lower_x, upper_x, lower_y, upper_y;
     /// The depth margin, and how far from the exact hit the rule may place one, in z.
     float depth_margin, depth_error;
-    /// The axis on which all rays have their largest direction component, or kMixedAxes.
+    /// The axis on which all rays have their largest direction component, with this sign (1 or -1);
+    /// or kMixedAxes, without a sign.
     std::uint32_t axis;
-    /// The sign of all rays' components on that axis, 1 or -1; of no meaning with kMixedAxes.
     float axis_sign;
     /// Bounds of the magnitude of a ray's largest direction component at z = 1; 1 / depth_least.
     float depth_least, depth_most, per_depth;
@@ -115,23 +113,18 @@ struct PacketFrame {
     WedgeSide wedge_sides[6];
 };
 
-// ---- Limits of the bounds of TriangleSetup (docs/design/arithmetic.md, "Packets"; the errors
-// themselves are in common/interop/packet_bounds.h)
+// ---- Limits of the bounds of TriangleSetup (docs/design/arithmetic.md, "Packets")
 
 /// A triangle is in front of the origin if all z of its vertices are more than kFrontDepth times
-/// the largest |z|, plus kFrontError times the error of a vertex. Then all displaced z are positive
-/// and quotients by z are off by little more than their numerators
-/// (lab/proofs/packet_rectangles.g).
+/// the largest |z|, plus kFrontError times the error of a vertex (lab/proofs/packet_rectangles.g),
+/// and above kLeastFrontZ, so that 1/z and its products stay finite.
 inline constexpr float kFrontDepth = 0x1p-10f;
 inline constexpr float kFrontError = 16.0f;
-/// It also has all z above this, so that 1/z and what is multiplied by it stay finite.
 inline constexpr float kLeastFrontZ = 1e-10f;
 
 /// Edge functions are at most bound / kEdgeRounding. A triangle with a larger bound may overflow:
-/// nothing is known of it.
+/// nothing is known of it, and it has kUnknown, larger than any other, for bound or error of 1/z.
 inline constexpr float kMostBound = 1e28f;
-/// The bound, or the error of 1/z, of a triangle of which nothing is known: larger than any value
-/// of other triangles.
 inline constexpr float kUnknown = 1e35f;
 
 /// Multiply an error of 1/z to cover its own rounding, a few products and sums.

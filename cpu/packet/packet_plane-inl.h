@@ -1,9 +1,5 @@
-// The plane of a packet, in order:
-//   1. rectangles in it, and depths as 1/z
-//   2. the frame: projection and bounds of directions
-//   3. wedges, planes that bound all rays in scene space
-//   4. the boxes of a node: their rectangles, depths, and which of them the packet may meet
-//   5. the traversal of the tree, nearest boxes first
+// The plane of a packet: rectangles in it; the frame; wedges, planes that bound all rays in scene
+// space; the boxes of a node in it; and the traversal of the tree, nearest boxes first.
 #if defined(MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H
 #undef MORPHRAY_CPU_PACKET_PACKET_PLANE_INL_H
@@ -14,21 +10,16 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "common/bvh/bvh.h"
-#include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
-#include "common/interop/slab.h"
 #include "cpu/packet/packet_frame.h"
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 /// Rectangles in the packet's plane, one a lane.
 struct RectangleLanes {
@@ -58,14 +49,11 @@ struct RectangleLanes {
     }
 
     HWY_INLINE Mask meets(const RectangleLanes& r) const {
-        const Mask x = (lower_x <= r.upper_x) & (upper_x >= r.lower_x);
-        const Mask y = (lower_y <= r.upper_y) & (upper_y >= r.lower_y);
-        return x & y;
+        return ((lower_x <= r.upper_x) & (upper_x >= r.lower_x)) &
+               ((lower_y <= r.upper_y) & (upper_y >= r.lower_y));
     }
     HWY_INLINE Mask holds(FloatVec x, FloatVec y) const {
-        const Mask in_x = (x >= lower_x) & (x <= upper_x);
-        const Mask in_y = (y >= lower_y) & (y <= upper_y);
-        return in_x & in_y;
+        return ((x >= lower_x) & (x <= upper_x)) & ((y >= lower_y) & (y <= upper_y));
     }
 };
 
@@ -104,7 +92,7 @@ HWY_INLINE void reduce_four(const FloatVec vectors[4], Combine combine, float* o
 #endif
 }
 
-// ---- 2. The frame
+// ---- The frame
 
 /// Bounds made in double are widened by 0.1 % before they are rounded to float, 2^-24 of them.
 inline constexpr double kWiden = 1.001;
@@ -173,7 +161,7 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const PlaneAxes& axes, f
     frame.wedge_side_count = 0;
 }
 
-// ---- 3. Wedges exclude boxes that the sides of the packet's rectangle do not, above all boxes
+// ---- Wedges exclude boxes that the sides of the packet's rectangle do not, above all boxes
 // that reach behind the origin beside the rays. A box and a cone of rays may be separated only by a
 // plane parallel to an edge of the box that holds an edge of the cone (S. Gottschalk, M. Lin, D.
 // Manocha. OBBTree: a hierarchical structure for rapid interference detection. 1996, section 5).
@@ -189,15 +177,11 @@ HWY_INLINE bool may_have_wedges(const PacketFrame& frame, const PlaneAxes& axes)
            frame.depth_most <= kMostWedgeDepths * frame.depth_least;
 }
 
-/// Sets the wedges of a frame whose rays go through the points (X, Y), within its bounds of x and
-/// y, of a plane.
-///
-/// 1. Every direction is a mean of those through the four corners of the rectangle, by weights that
-///    are not negative. So where all corners are on one side of a plane, all rays are.
-/// 2. Seen along an axis, the plane through the outermost corner on each side is such a plane, or
-///    none is.
+/// Sets the wedges of a frame whose rays go through its bounds of x and y. Every direction is a
+/// mean of those through the four corners, so all rays are on a side of a plane where these are.
+/// Seen along an axis, the plane through the outermost corner on each side is such a plane, or none
+/// is.
 HWY_INLINE void set_wedges(PacketFrame& frame, const PlaneAxes& axes) {
-    frame.wedge_side_count = 0;
     if (!may_have_wedges(frame, axes)) return;
     glm::dvec3 corner[4];
     for (int k = 0; k < 4; ++k) {
@@ -229,11 +213,8 @@ HWY_INLINE void set_wedges(PacketFrame& frame, const PlaneAxes& axes) {
     }
 }
 
-/// The boxes, with bounds relative to the origin, that no ray of the packet meets because they are
-/// outside a wedge. size: the largest coordinate of each box.
-///
-/// A ray's point t d in the box has n.(t d) >= 0 but for the error of n, which is far less than
-/// kWedgeMargin of t d (lab/proofs/packet_rectangles.g).
+/// The boxes, with bounds relative to the origin, that are outside a wedge, so that no ray of the
+/// packet meets them (lab/proofs/packet_rectangles.g). size: the largest coordinate of each box.
 HWY_INLINE Mask outside_wedges(const PacketFrame& frame, const FloatVec lower[3],
                                const FloatVec upper[3], FloatVec size) {
     const FloatVec limit = splat(-kWedgeMargin) * size;
@@ -250,16 +231,11 @@ HWY_INLINE Mask outside_wedges(const PacketFrame& frame, const FloatVec lower[3]
     return outside;
 }
 
-// ---- 4. The boxes of a node
+// ---- The boxes of a node
 
 /// Sets the least and the greatest value of row k of the projection over boxes relative to the
-/// origin. size: the largest coordinate of each box.
-///
-/// In units of 2^-24 row_size[k] size:
-/// 1. The products and sums are off by at most 5.
-/// 2. The rule displaces a vertex by 2^-22 of its distance from the ray, at most 2 size, so that
-///    triangles reach out of their box by at most 8.
-/// 3. kBoxError widens the range by 16 on both sides (lab/proofs/packet_rectangles.g).
+/// origin. size: the largest coordinate of each box. kBoxError covers what is rounded here and how
+/// far displaced triangles reach out of their box (docs/design/arithmetic.md, "Packets", step 5).
 HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const FloatVec lower[3],
                               const FloatVec upper[3], FloatVec size, FloatVec& least,
                               FloatVec& most) {
@@ -324,10 +300,8 @@ struct alignas(64) NodeChildren {
 
 /// Projects a node's children. Returns those that the packet may meet, as bits.
 ///
-/// These are never empty slots. The box of such a slot has kEmptyPlane = 2^48 as its lower planes,
-/// and as its upper ones -2^48, while |org| <= kOriginExtent = 2^40. So `most` of z adds products
-/// that are all 0 or less, to at most -(1 - 2^-7) 2^48 row_size, and its error, of at most 2^-19 of
-/// that size, makes it at most 0.
+/// These are never empty slots, whose boxes are inverted by 2^48 on all axes, far beyond |org| <=
+/// 2^40: `most` of z adds products of 0 or less, and its error is at most 2^-19 of them.
 HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node,
                                       NodeChildren& children) {
     std::uint32_t hits = 0;
@@ -340,9 +314,8 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
                                    load_unaligned(node.upper_y + l) - org[1],
                                    load_unaligned(node.upper_z + l) - org[2]};
         FloatVec largest = zero();
-        for (int axis = 0; axis < 3; ++axis) {
+        for (int axis = 0; axis < 3; ++axis)
             largest = max(largest, max(abs(lower[axis]), abs(upper[axis])));
-        }
         FloatVec least[3], most[3];
         for (int k = 0; k < 3; ++k)
             project_boxes(frame, k, lower, upper, largest, least[k], most[k]);
@@ -354,19 +327,17 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
     return hits;
 }
 
-// ---- 5. The traversal
+// ---- The traversal
 //
 // Based on: I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding
 // Volume Hierarchies. ACM TOG 26(1), 2007: packets far larger than a vector, one conservative test
 // of the whole packet per node, ordered descent. Changed: sixteen children are tested at once in
-// the packet's own projection; the active rays are a mask of blocks, culled by depth block by
-// block; and triangles are set up sixteen at a time as homogeneous edge functions (M. Olano, T.
-// Greer. Triangle scan conversion using 2D homogeneous coordinates. 1997), so that no vertex beside
-// or behind the eye needs clipping.
+// the packet's own projection; the active rays are a mask of blocks; and triangles are set up
+// sixteen at a time as homogeneous edge functions (M. Olano, T. Greer. Triangle scan conversion
+// using 2D homogeneous coordinates. 1997), so that nothing needs clipping.
 //
-// The bounds here never contradict the hit rule (common/interop/hit_rule.h): edge functions and 1/z
-// carry a bound of their distance from what the rule computes, they decide only beyond that bound,
-// and the rule resolves the rest. So any arithmetic may be used, fused or not.
+// Edge functions and 1/z decide only beyond a bound of their distance from what the hit rule
+// computes, and the rule resolves the rest. So any arithmetic may be used, fused or not.
 
 /// Prefetches a child's memory without a branch: a leaf's first lines are prefetched twice.
 HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
@@ -460,12 +431,8 @@ private:
 
     /// The children whose order is less than `own`: those farther away.
     static HWY_INLINE std::uint32_t slots_before(const std::int32_t* order, std::int32_t own) {
-        std::uint32_t before = 0;
-        for (std::size_t l = 0; l < kWidth; l += kLanes) {
-            const auto is_before = load(order + l) < splat(own);
-            before |= bits_of(float_mask(is_before)) << l;
-        }
-        return before;
+        return bits_of_sixteen([&](std::size_t l)
+                                   HWY_ATTR { return float_mask(load(order + l) < splat(own)); });
     }
 
     const Bvh& bvh_;
@@ -474,8 +441,7 @@ private:
     Entry stack_[kMaxStack];
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -1,10 +1,7 @@
 #include "cpu/packet/packet_tracer.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <span>
 #include <vector>
 
 #undef HWY_TARGET_INCLUDE
@@ -17,8 +14,7 @@
 #include "cpu/packet/light_trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
     const std::size_t width = tile.x1 - tile.x0;
@@ -51,34 +47,28 @@ void write_hits(const CameraPacket& packet, const Tile& tile, Hit* hits, std::si
         std::copy_n(&blocks[y * columns], width, hits + y * stride);
 }
 
-/// Traces a packet whose frame is set; start_rays() sets the rest. Returns false if it is given up.
-template <class StartRays>
-HWY_INLINE bool trace_camera_packet(const Bvh& bvh, PacketUse use, const Tile& tile,
-                                    StartRays start_rays, CameraPacket& packet, Hit* hits,
-                                    std::size_t stride) {
+/// Traces a packet whose frame is set. Returns false if it is given up.
+bool trace_camera_packet(const Bvh& bvh, PacketUse use, const Tile& tile, CameraPacket& packet,
+                         Hit* hits, std::size_t stride) {
     CameraPacketTracer tracer(packet, use);
     PacketTraversal<CameraPacketTracer> traversal(bvh, tracer);
     if (!traversal.start(tracer.all())) {
         write_misses(tile, hits, stride);
         return true;
     }
-    start_rays();
+    start_rays(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
     if (!traversal.run()) return false;
     tracer.finish();
-    if (packet.hit_leaves.empty()) {
-        write_misses(tile, hits, stride);
-    } else {
-        write_hits(packet, tile, hits, stride);
-    }
+    packet.hit_leaves.empty() ? write_misses(tile, hits, stride)
+                              : write_hits(packet, tile, hits, stride);
     return true;
 }
 
 bool intersect_camera_packet(const Bvh& bvh, PacketUse use, const ImageParams& params,
                              const Tile& tile, CameraPacket& packet, Hit* hits,
                              std::size_t stride) {
-    if (!frame_camera_packet(params, tile, packet)) return false;
-    const auto start = [&] { start_camera_rays(params, tile, packet); };
-    return trace_camera_packet(bvh, use, tile, start, packet, hits, stride);
+    return frame_camera_packet(params, tile, packet) &&
+           trace_camera_packet(bvh, use, tile, packet, hits, stride);
 }
 
 bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile& rays,
@@ -88,9 +78,8 @@ bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile&
     (void)bvh, (void)use, (void)rays, (void)directions, (void)packet, (void)hits;
     return false;
 #else
-    if (!frame_stored_packet(rays, directions, packet)) return false;
-    const auto start = [&] { start_rays(rays.width, rays.height, packet); };
-    return trace_camera_packet(bvh, use, {0, 0, rays.width, rays.height}, start, packet, hits,
+    return frame_stored_packet(rays, directions, packet) &&
+           trace_camera_packet(bvh, use, {0, 0, rays.width, rays.height}, packet, hits,
                                kCameraSide);
 #endif
 }
@@ -177,8 +166,7 @@ std::size_t occluded_light_packet(const Bvh& bvh, PacketUse use, vec3 org,
     return write_fallback(packet, not_traced, fallback);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

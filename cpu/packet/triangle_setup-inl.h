@@ -1,10 +1,5 @@
-// Sets up the triangles of a leaf in the plane of a packet, with a bound of every error. In order:
-//   1. the pixels of a camera packet that rectangles meet
-//   2. the projection of a leaf's vertices
-//   3. the results of the steps of TriangleSetup, and set-up triangles
-//   4. DepthBounds: 1/z and how far the hit rule may place a hit from it
-//   5. TriangleSetup
-// docs/design/arithmetic.md, "Packets", derives the bounds.
+// Sets up the triangles of a leaf in the plane of a packet, with a bound of every error, which
+// docs/design/arithmetic.md, "Packets", derives.
 #if defined(MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H
 #undef MORPHRAY_CPU_PACKET_TRIANGLE_SETUP_INL_H
@@ -14,22 +9,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <type_traits>
 
-#include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/camera_packet.h"
-#include "cpu/packet/packet_frame.h"
 #include "cpu/packet/packet_plane-inl.h"
-#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Pixels
+// ---- Pixels
 
 /// The columns (or rows) of pixels from `begin` to `end` whose middles lie within `margin` of
 /// [lower, upper]; none if first > last. The middle of pixel k is at k - 31.5.
@@ -43,7 +32,6 @@ struct PixelRange {
     }
 
     HWY_INLINE Mask any() const { return first <= last; }
-
     HWY_INLINE UintVec first_block() const { return block(first); }
     HWY_INLINE UintVec last_block() const { return block(last); }
 
@@ -65,8 +53,7 @@ private:
 };
 
 /// The blocks that up to sixteen triangles meet: the first one, and how many columns and rows more.
-/// `few`, as bits, meet at most six blocks, because they have fewer than kFewSteps columns and rows
-/// more together.
+/// `few`, as bits, have fewer than kFewSteps columns and rows more, so at most six blocks.
 struct alignas(64) GridWindows {
     std::uint32_t first[16], columns[16], rows[16];
     std::uint32_t few = 0;
@@ -88,7 +75,7 @@ struct alignas(64) GridWindows {
     }
 };
 
-// ---- 2. Vertices
+// ---- Vertices
 
 /// Returns the triangles of a leaf whose vertices are all finite, as bits.
 inline std::uint32_t finite_triangles(const Leaf& leaf) {
@@ -102,7 +89,7 @@ inline std::uint32_t finite_triangles(const Leaf& leaf) {
     return finite;
 }
 
-/// A leaf's vertices in a packet's projection. TriangleSetup bounds their errors.
+/// A leaf's vertices in a packet's projection.
 struct alignas(64) ProjectedVertices {
     float x[kLeafVertices], y[kLeafVertices], z[kLeafVertices];
     /// The largest coordinate relative to the leaf's first vertex, in scene space.
@@ -113,8 +100,8 @@ struct alignas(64) ProjectedVertices {
     float distance;
 };
 
-/// Projects the vertices of a leaf. The first vertex is the first finite one; a vertex that is not
-/// finite is put there. Returns whether all vertices are finite.
+/// Projects the vertices of a leaf. The first vertex is the first finite one, where others that are
+/// not finite are put. Returns whether all vertices are finite.
 HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
                                  ProjectedVertices& projected) {
     const LeafVertex* first = leaf.vertex;
@@ -123,7 +110,7 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
     const double p[3] = {double{v0.x} - frame.org.x, double{v0.y} - frame.org.y,
                          double{v0.z} - frame.org.z};
     projected.distance =
-        static_cast<float>(std::max(std::abs(p[0]), std::max(std::abs(p[1]), std::abs(p[2]))));
+        static_cast<float>(std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])}));
     float h[3];
     for (int k = 0; k < 3; ++k) {
         h[k] = static_cast<float>(frame.rows[k][0] * p[0] + frame.rows[k][1] * p[1] +
@@ -151,9 +138,9 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
     return all_finite;
 }
 
-// ---- 3. The results of TriangleSetup's steps, a triangle a lane
+// ---- The results of TriangleSetup's steps, a triangle a lane
 
-/// Step 1: vertices in the packet's projection.
+/// Vertices in the packet's projection.
 struct TriangleVertices {
     FloatVec x[3], y[3], z[3];
     /// The largest coordinate relative to the leaf's first vertex, in scene space.
@@ -161,11 +148,10 @@ struct TriangleVertices {
     /// The part of |x - X z| + |y - Y z|'s error that grows with the extent and the distance, for
     /// any ray (X, Y); the rule's displacement included.
     FloatVec leaf_error;
-    FloatVec z_least, z_most, z_size;
-    FloatVec z_error;
+    FloatVec z_least, z_most, z_size, z_error;
 };
 
-/// Step 2: rectangles in the plane, and the section of each that lies in the packet.
+/// Rectangles in the plane, and the section of each that lies in the packet.
 struct TriangleRectangles {
     FloatVec lower_x, upper_x, lower_y, upper_y;
     FloatVec middle_x, middle_y;
@@ -177,7 +163,7 @@ struct TriangleRectangles {
     Mask meets;
 };
 
-/// Step 3: vertices as the ray in the middle of the triangle's section sees them: x - middle_x z.
+/// Vertices as the ray in the middle of the triangle's section sees them: x - middle_x z.
 struct TriangleLaterals {
     FloatVec x[3], y[3];
     /// The largest |x| + |y|: of the ray in the middle, and of any ray of the section.
@@ -186,8 +172,8 @@ struct TriangleLaterals {
     FloatVec error;
 };
 
-/// Step 4: the planes through the origin and an edge, the triangle's own plane, and `det`, which is
-/// 6 times the volume that triangle and origin span, with its sign.
+/// The planes through the origin and an edge, the triangle's own plane, and `det`, 6 times the
+/// volume that triangle and origin span, with its sign.
 struct TrianglePlaneSet {
     FloatVec a[3], b[3], c[3];
     FloatVec bound, normal[3], det;
@@ -225,8 +211,7 @@ struct LightTriangles : SetUpTriangles {
     Rectangles rectangles;
     /// c plus kMissBound * bound, and depth_c plus the largest error (MissPlanes).
     float most_c[3][16], most_q[16];
-    /// As bits. Triangles of which a vertex is `behind`, not in front of the origin, have the whole
-    /// plane for a rectangle.
+    /// As bits. Triangles with a vertex `behind`, not in front of the origin, have the whole plane.
     std::uint32_t unoriented, behind;
 };
 
@@ -262,9 +247,7 @@ struct Planes {
         return mul_add(depth_a, x, mul_add(depth_b, y, depth_c));
     }
 
-    FloatVec a0, a1, a2, b0, b1, b2, c0, c1, c2;
-    FloatVec depth_a, depth_b, depth_c;
-    FloatVec bound;
+    FloatVec a0, a1, a2, b0, b1, b2, c0, c1, c2, depth_a, depth_b, depth_c, bound;
 
 private:
     struct EdgeValues {
@@ -276,7 +259,7 @@ private:
     }
 };
 
-// ---- 4. Depths
+// ---- Depths
 
 /// 1/z of the planes through triangles, q = a x + b y + c, and its error: a hit of the rule at a
 /// ray (x, y) has 1/z within c0 + q (c1 + q c2) of it, if (q + error) c2 <= kFarDepth.
@@ -309,28 +292,9 @@ public:
           slant_(kSlantDistance * distance + kGridError),
           vertex_(kDistanceError * distance + kGridError) {}
 
-    /// usable: where the volume is large enough for 1/z to be known.
-    ///
-    /// 1. q = n.(x, y, 1) / det is 1/z of the plane through the projected vertices. A hit of the
-    ///    rule has weights; the mean of the projected vertices under these is a point of that
-    ///    plane, off the ray by their errors. With N the normal of the plane in scene space, for
-    ///    which N.p = 1, an error of e in scene space changes 1/z by N.e of itself, and one of (ex,
-    ///    ey, ez) in the projection by a ex + b ey + c ez.
-    /// 2. The projection of a vertex is off by kVertexError of `extent` in each of its rows, and by
-    ///    kLateralError and kShearError of its distance from the ray. kPlaneError is that of
-    ///    rounded differences and of det.
-    /// 3. The rule's weights are those of points that are displaced across the ray, by the exact
-    ///    path 3 u of their distance from it, by the fast path 3 u of that and 4 u of z:
-    ///    kSlantExtent and kSlantDistance.
-    /// 4. What the fast path rounds in its edge functions moves its hit along the ray. It is a 51st
-    ///    of the bound that surely_inside compares with a quarter of the depth margin:
-    ///    kFastDepthOfMargin.
-    /// 5. The rule's mean of depths and t add kWeightRounding of their range, at most 2 extent, and
-    ///    kRuleDepthError of their size, at most distance + extent.
-    /// 6. Steps 2 and 3 are `slope`, relative to q, steps 4 and 5 `shift`, in z. A plane with a
-    ///    slope of more than kMostSlope is not known.
-    /// 7. q rounds by kGradientRounding gradient + kReciprocalRounding q, and a ray that is
-    ///    ray_error off its place adds ray_error gradient.
+    /// usable: where the volume is large enough for 1/z to be known. What is relative to q is
+    /// `slope`, what is in z `shift`. q also rounds by kGradientRounding gradient +
+    /// kReciprocalRounding q, and a ray that is ray_error off its place adds ray_error gradient.
     HWY_INLINE DepthPlanes find(const TriangleVertices& v, const TriangleRectangles& p,
                                 const TriangleLaterals& s, const TrianglePlaneSet& planes,
                                 Mask usable) const {
@@ -367,12 +331,11 @@ public:
     }
 
 private:
-    /// Magnitudes of the plane q = a x + b y + c.
+    /// Magnitudes of the plane q = a x + b y + c: |a| + |b|; the sum over the projection's rows of
+    /// a coefficient times the row's size; a bound of the sum of |N|'s components, where N is the
+    /// plane's normal in scene space with N.p = 1.
     struct Sizes {
-        /// |a| + |b|, and the sum over the projection's rows of a coefficient times the row's size.
-        FloatVec gradient, rows;
-        /// A bound of the sum of |N|'s components.
-        FloatVec normal;
+        FloatVec gradient, rows, normal;
     };
 
     /// c is off by less than 2^-14 gradient (kGradientRounding): kShareOfDepth in `rows`, of which
@@ -398,7 +361,7 @@ private:
         return sizes;
     }
 
-    /// Step 6: `slope`, for what kSteepError pays the second order.
+    /// kSteepError pays for the second order.
     HWY_INLINE FloatVec slope_of(const TriangleVertices& v, const TriangleLaterals& s,
                                  const Sizes& sizes) const {
         const FloatVec lateral = mul_add(splat(kPlaneError + kLateralError), s.size,
@@ -428,12 +391,10 @@ private:
     }
 
     const PacketFrame& frame_;
-    float shear_;
-    float shift_by_extent_, shift_;
-    float slant_, vertex_;
+    float shear_, shift_by_extent_, shift_, slant_, vertex_;
 };
 
-// ---- 5. Set-up
+// ---- Set-up
 
 /// a b - c d, off by 2^-23 of itself where there are fused operations.
 HWY_INLINE FloatVec difference_of_two_products(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
@@ -456,17 +417,9 @@ HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const Flo
     }
 }
 
-/// Sets up triangles in the steps of docs/design/arithmetic.md, "Packets", which derives each
-/// bound; lab/proofs/packet_*.g check them. The constants are in common/interop/packet_bounds.h, in
-/// units of u = 2^-24. kOnGrid: for a camera packet, whose rays are near the middles of pixels.
-///
-/// 1. find_vertices: x, y, z of the vertices (packet_vertices.g).
-/// 2. find_rectangles: the rectangle that a triangle is seen in (packet_rectangles.g).
-/// 3. find_laterals: the vertices as the ray in the middle of that rectangle sees them, which keeps
-///    errors relative to the distance from the ray (packet_vertices.g).
-/// 4. find_edges: edge functions and `bound` (packet_edges.g).
-/// 5. find_volume and orient: the sign of the edge functions inside (packet_volume.g).
-/// 6. store_depth: 1/z and its error, by DepthBounds (packet_slant.g).
+/// Sets up triangles. lab/proofs/packet_*.g check the bounds; their constants are in
+/// common/interop/packet_bounds.h. kOnGrid: for a camera packet, whose rays are near the middles of
+/// pixels.
 template <bool kOnGrid>
 class TriangleSetup {
 public:
@@ -484,17 +437,8 @@ public:
     /// Sets up the triangles of a leaf. Returns those that may concern a ray of the packet, as
     /// bits.
     std::uint32_t run(const Leaf& leaf, Triangles& out) const {
-        bool all_finite = true;
-        std::uint32_t alive = set_up(leaf, out, all_finite);
-        alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
-        if (HWY_UNLIKELY(!all_finite)) alive &= finite_triangles(leaf);
-        return alive;
-    }
-
-private:
-    HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Triangles& out, bool& all_finite) const {
         ProjectedVertices projected;
-        all_finite = project_vertices(frame_, leaf, projected);
+        const bool all_finite = project_vertices(frame_, leaf, projected);
         const FloatVec far_error =
             splat(row_sizes_ * (kDistanceError * projected.distance + kGridError) + kPlaneFloor);
         const DepthBounds depths(frame_, projected.distance);
@@ -516,14 +460,14 @@ private:
             store_depth(depths, v, places, laterals, planes, out, l);
             alive |= bits_of(places.meets) << l;
         }
+        alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
+        if (HWY_UNLIKELY(!all_finite)) alive &= finite_triangles(leaf);
         return alive;
     }
 
-    /// Step 1. The error of |x - X z| + |y - Y z| that grows with the extent and the distance is
-    ///     leaf_error = row_sizes (kExtentError extent + kDistanceError distance + kGridError)
-    ///                  + kPlaneFloor,
-    /// where far_error has all but the first term. z is off by at most leaf_error and kDepthError
-    /// of itself.
+private:
+    /// far_error: the part of leaf_error that does not depend on the extent. z is off by at most
+    /// leaf_error and kDepthError of itself (lab/proofs/packet_vertices.g).
     HWY_INLINE TriangleVertices find_vertices(const ProjectedVertices& projected,
                                               FloatVec far_error, std::size_t l) const {
         TriangleVertices v;
@@ -542,13 +486,9 @@ private:
         return v;
     }
 
-    /// Step 2.
-    /// 1. A ray through a triangle of the rule is a mean of its displaced vertices, so it lies
-    ///    between their x / z where all z are positive (in_front).
-    /// 2. A vertex's x / z is off by leaf_error / z, a ray by ray_error: kRectangleError times
-    ///    both, with kRectangleRounding for sums with places in the packet, is `margin`.
-    /// 3. The quotient and x round by kQuotientError of x / z.
-    /// 4. A triangle that is not in front of the origin has the whole plane.
+    /// A ray through the triangle lies between x / z of its displaced vertices where all z are
+    /// positive (in_front): kQuotientError of x / z and `margin` cover all errors
+    /// (lab/proofs/packet_rectangles.g). Other triangles have the whole plane.
     HWY_INLINE TriangleRectangles find_rectangles(const TriangleVertices& v, Triangles& out,
                                                   std::size_t l) const {
         const FloatVec least = splat(kLeastFrontZ);
@@ -587,7 +527,7 @@ private:
         return p;
     }
 
-    /// Step 2, continued: stores the rectangles, and finds the section of each in the packet.
+    /// Stores the rectangles, and finds the section of each in the packet.
     HWY_INLINE void cut_to_packet(TriangleRectangles& p, Triangles& out, std::size_t l) const {
         const FloatVec cut_lower_x = max(p.lower_x, splat(frame_.lower_x));
         const FloatVec cut_upper_x = min(p.upper_x, splat(frame_.upper_x));
@@ -609,10 +549,8 @@ private:
         p.half_extent = half * (cut_upper_x - cut_lower_x + (cut_upper_y - cut_lower_y));
     }
 
-    /// Step 3.
-    ///     error = kLateralError size + kShearError reach z_size + leaf_error.
-    /// A ray of a camera's block that meets the rectangle is no farther from the middle than
-    /// half_extent and a block.
+    /// Errors are relative to the distance from the ray in the middle. A ray of a camera's block
+    /// that meets the rectangle is no farther from there than half_extent and a block.
     HWY_INLINE TriangleLaterals find_laterals(const TriangleVertices& v,
                                               const TriangleRectangles& p) const {
         TriangleLaterals s;
@@ -630,12 +568,9 @@ private:
         return s;
     }
 
-    /// Step 4. Edge function k is l_i x l_j = a X + b Y + c, where l is a vertex as a ray sees it.
-    /// 1. Errors of both vertices change it by at most 2 error (reach + error).
-    /// 2. Rounding adds kEdgeRounding size (reach + kShearRounding R z_size), R the frame's reach.
-    /// 3. A ray that is ray_error off its place adds kRayError ray_error (|a| + |b|).
-    /// Their sum is `bound`: where all edge functions are above it, or all below its negative, the
-    /// rule finds the ray inside; where two beyond it have opposite signs, outside.
+    /// Edge function k is l_i x l_j = a X + b Y + c, where l is a vertex as a ray sees it. Where
+    /// all are above `bound`, or all below its negative, the rule finds the ray inside; where two
+    /// beyond it have opposite signs, outside (lab/proofs/packet_edges.g).
     HWY_INLINE void find_edges(const TriangleVertices& v, const TriangleLaterals& s,
                                TrianglePlaneSet& planes) const {
         const auto edge = [&](int k, int i, int j) HWY_ATTR {
@@ -654,10 +589,9 @@ private:
                                mul_add(splat(2.0f) * s.error, s.reach + s.error, rounding));
     }
 
-    /// Step 5. A hit's edge functions add up to det / z with z > 0, so inside they have det's sign.
-    /// L = hit_reach is an upper bound of |l| + error for rays of the rectangle:
-    ///     det_error = L (L (kVolumeRounding z_size + kVolumeExtentError s_z extent)
-    ///                    + kVolumeError error z_size).
+    /// A hit's edge functions add up to det / z with z > 0, so inside they have det's sign.
+    /// hit_reach is an upper bound of |l| + error for rays of the rectangle
+    /// (lab/proofs/packet_volume.g).
     HWY_INLINE void find_volume(const TriangleVertices& v, const TriangleRectangles& p,
                                 const TriangleLaterals& s, TrianglePlaneSet& planes) const {
         plane_normal(s.x, s.y, v.z, planes.normal);
@@ -670,14 +604,10 @@ private:
                                                splat(kVolumeError) * (s.error * v.z_size));
     }
 
-    /// Step 5, continued. Sets `oriented`. Returns the unoriented triangles, as bits.
-    /// 1. Elsewhere a hit may have edge functions of either sign, whose magnitudes add up to at
-    ///    most 2 det_error / z. No z is nearer than a vertex, so where all vertices are in front of
-    ///    the origin, `bound` grows by kEitherSign det_error largest_q to cover both signs.
-    /// 2. Where they are not, no single sign says outside, and nothing is known of 1/z: these
-    ///    triangles are unoriented, and have the bound of step 4.
-    /// 3. Where a value may overflow, nothing is known at all: bound = kUnknown makes all rays
-    ///    uncertain.
+    /// Sets `oriented`. Returns the unoriented triangles, as bits. Without an orientation `bound`
+    /// grows to cover both signs where all vertices are in front of the origin. Where they are not,
+    /// no single sign says outside, and nothing is known of 1/z: these triangles are unoriented.
+    /// Where a value may overflow, bound = kUnknown makes all rays uncertain.
     HWY_INLINE std::uint32_t orient(const TriangleRectangles& p, TrianglePlaneSet& planes) const {
         const FloatVec size = abs(planes.det);
         const FloatVec own_bound = planes.bound;
@@ -718,9 +648,8 @@ private:
         }
     }
 
-    /// Stores 1/z and its error: a camera packet's for the whole rectangle, which holds every ray
-    /// that the rule may find to hit; a light packet's by q, and the largest one in most_q
-    /// (MissPlanes). Step 6.
+    /// Stores 1/z and its error: a camera packet's for the whole rectangle, a light packet's by q,
+    /// and the largest one in most_q (MissPlanes).
     HWY_INLINE void store_depth(const DepthBounds& bounds, const TriangleVertices& v,
                                 const TriangleRectangles& p, const TriangleLaterals& s,
                                 const TrianglePlaneSet& planes, Triangles& out,
@@ -755,13 +684,11 @@ private:
 
     const Frame& frame_;
     PixelRectangle pixels_;
-    /// How much |x - X z| + |y - Y z| grows by a step of 1 in each of x, y and z of scene space, at
-    /// most.
+    /// The most by which a step of 1 on each axis of scene space changes |x - X z| + |y - Y z|.
     float row_sizes_;
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

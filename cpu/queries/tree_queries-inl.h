@@ -1,49 +1,29 @@
-// Queries about all triangles of a tree. In order:
-//   1. all hits of rays: listed, counted, or the next one
-//   2. points against nodes and leaves, with the 16 boxes or triangles for lanes
-//   3. windings of single points, and of points above each other, one a lane
-//   4. the closest triangle to a point, and its rivals
-// Points have control flow alone here; all arithmetic is the shared text of the rules.
+// Queries about all triangles of a tree: all hits of rays; windings of points; the closest triangle
+// to a point, and its rivals. All arithmetic is the shared text of the rules.
 #include <algorithm>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
 
-#include "common/bvh/bvh.h"
-#include "common/scene_queries.h"
-#include "cpu/simd/lanes-inl.h"
-#include "cpu/simd/rounding_bounds.h"
-#include "cpu/single_ray/leaf-inl.h"
-#include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Hits
+// ---- Hits
 
-/// Calls visit(prim_id, hit) for a triangle and the repeated triangles that it stands for.
-template <class Visit>
-HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const TriangleHit& hit,
-                              Visit& visit) {
-    visit(prim_id, hit);
-    if (bvh.repeated.empty()) [[likely]]
-        return;
-    for (const RepeatedTriangle& repeated : repeats_of(bvh, prim_id)) visit(repeated.prim_id, hit);
-}
-
-/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits no later than tfar, in any
-/// order. kAxis is the ray's main axis, or kAnyAxis.
+/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits no later than tfar, and
+/// for the repeated triangles that they stand for. kAxis is the ray's main axis, or kAnyAxis.
 template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                                      float tfar, const Leaf& leaf, Visit visit) {
     intersect_leaf<kAxis>(stream, ray, tfar, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
-        visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+        const std::uint32_t prim_id = leaf.prim_id[slot];
+        visit(prim_id, hit);
+        if (bvh.repeated.empty()) [[likely]]
+            return false;
+        for (const RepeatedTriangle& repeat : repeats_of(bvh, prim_id)) visit(repeat.prim_id, hit);
         return false;
     });
 }
@@ -77,8 +57,7 @@ HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing 
 // Counted rays go on together below a node if they are more than this many.
 inline constexpr std::size_t kCountedTogether = kLanes < 8 ? 4 : 8;
 
-/// The numbers of hits of up to 64 rays of one octant, which go down the tree together; where few
-/// are left they go on alone.
+/// Counts the hits of up to 64 rays of one octant.
 class CountStream {
 public:
     /// rays[order[i]], of one octant: at least one and at most kStreamRays.
@@ -219,14 +198,14 @@ HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const Hit
     return next_hit_along<2>(bvh, stream, after);
 }
 
-// ---- 2. Boxes and triangles
+// ---- Boxes and triangles
 
 struct BoxLanes {
     lanes::Float3 lower, upper;
 };
 
-HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t v) {
-    const std::size_t i = v * kLanes;
+/// The boxes in slots i and following.
+HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t i) {
     return {{load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
              load_unaligned(node.lower_z + i)},
             {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
@@ -238,29 +217,6 @@ HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
     return {lanes::lesser3(a, lanes::lesser3(b, c)), lanes::greater3(a, lanes::greater3(b, c))};
 }
 
-/// The slots whose boxes meet(boxes) selects, as bits.
-template <class Meet>
-HWY_INLINE std::uint32_t slots_of(const Node& node, Meet meet) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v)
-        slots |= bits_of(meet(load_boxes(node, v))) << (v * kLanes);
-    return slots;
-}
-
-/// The slots whose boxes are no farther than `most_d2` by distance2(boxes), as bits; stores the
-/// distances of all.
-template <class Distance2>
-HWY_INLINE std::uint32_t slots_within(const Node& node, FloatVec most_d2, Distance2 distance2,
-                                      float* HWY_RESTRICT d2) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const FloatVec distances2 = distance2(load_boxes(node, v));
-        store(distances2, d2 + v * kLanes);
-        slots |= bits_of(distances2 <= most_d2) << (v * kLanes);
-    }
-    return slots;
-}
-
 #if HWY_TARGET == HWY_SCALAR
 
 /// Calls visit(slot_of, mask, a, b, c) for the triangles with finite vertices, one at a time.
@@ -268,12 +224,9 @@ template <class Visit>
 HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     for (std::uint32_t slot = 0; slot < count; ++slot) {
-        const vec3 a = leaf_position(leaf, slot, 0);
-        const vec3 b = leaf_position(leaf, slot, 1);
-        const vec3 c = leaf_position(leaf, slot, 2);
-        if (!finite_vertices(a, b, c)) continue;
-        visit([slot](std::uint32_t) { return slot; }, mask_of(1), lanes::Float3(a),
-              lanes::Float3(b), lanes::Float3(c));
+        const TriangleCorners t = corners_in_lanes(leaf, slot);
+        const Mask finite = lanes::finite_vertices(t.a, t.b, t.c);
+        if (!none(finite)) visit([slot](std::uint32_t) { return slot; }, finite, t.a, t.b, t.c);
     }
 }
 
@@ -284,20 +237,14 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
 template <class Visit>
 HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf<2>(leaf, 2);
-    VertexValues x, y, z;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        x.set(v, vertices.x[v]);
-        y.set(v, vertices.y[v]);
-        z.set(v, vertices.z[v]);
-    }
+    LeafPoints points;
+    for (std::size_t v = 0; v < kVectors; ++v)
+        points.set(v, {vertices.x[v], vertices.y[v], vertices.z[v]});
     for (std::size_t v = 0; v < kVectors; ++v) {
         const VertexLookups at(vertices.local_vertices[v]);
-        const auto position = [&](const LaneLookup& places) HWY_ATTR {
-            return lanes::Float3(x.look_up(places), y.look_up(places), z.look_up(places));
-        };
-        const lanes::Float3 a = position(at.a);
-        const lanes::Float3 b = position(at.b);
-        const lanes::Float3 c = position(at.c);
+        const lanes::Float3 a = points.look_up(at.a);
+        const lanes::Float3 b = points.look_up(at.b);
+        const lanes::Float3 c = points.look_up(at.c);
         const Mask used =
             used_lanes(vertices.local_vertices[v], v) & lanes::finite_vertices(a, b, c);
         const auto slot_of = [v](std::uint32_t lane) {
@@ -309,7 +256,7 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
 
 #endif  // HWY_TARGET
 
-// ---- 3. Windings
+// ---- Windings
 
 /// Counts the crossings of a point with a leaf's triangles; uncertain(prim_id) is called for those
 /// that floats cannot decide on.
@@ -354,7 +301,8 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
     FloatWinding winding;
     const lanes::Float3 p(clipped_point(point));
     const auto met = [&](const Node& node) HWY_ATTR {
-        return slots_of(node, [&](const BoxLanes& boxes) HWY_ATTR {
+        return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
+            const BoxLanes boxes = load_boxes(node, slot);
             return lanes::may_cross_in(p, boxes.lower, boxes.upper);
         });
     };
@@ -398,8 +346,8 @@ public:
     template <class Uncertain>
     HWY_INLINE bool search(const Bvh& bvh, std::size_t most_leaves, Uncertain uncertain) {
         const auto met = [&](const Node& node) HWY_ATTR {
-            return slots_of(node,
-                            [&](const BoxLanes& boxes) HWY_ATTR { return may_cross_in(boxes); });
+            return bits_of_sixteen([&](std::size_t slot)
+                                       HWY_ATTR { return may_cross_in(load_boxes(node, slot)); });
         };
         std::size_t leaves = 0;
         return for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
@@ -445,10 +393,8 @@ private:
     template <class Uncertain>
     HWY_INLINE void wind_around(const Bvh& bvh, const Leaf& leaf, std::uint32_t slot,
                                 Uncertain& uncertain) {
-        const lanes::FloatCrossing crossing =
-            lanes::float_crossing(points_.p, lanes::Float3(leaf_position(leaf, slot, 0)),
-                                  lanes::Float3(leaf_position(leaf, slot, 1)),
-                                  lanes::Float3(leaf_position(leaf, slot, 2)));
+        const TriangleCorners t = corners_in_lanes(leaf, slot);
+        const lanes::FloatCrossing crossing = lanes::float_crossing(points_.p, t.a, t.b, t.c);
         const std::uint32_t prim_id = leaf.prim_id[slot];
         const auto repeats = repeats_of(bvh, prim_id);
         const IntVec times = splat(static_cast<std::int32_t>(1 + repeats.size()));
@@ -475,30 +421,23 @@ private:
 
 #endif  // HWY_TARGET
 
-// ---- 4. Closest triangles
+// ---- Closest triangles
 //
-// A lower bound of the distance of a triangle from a point that is much cheaper than the rule.
-//
-// It takes one direction w. The offset r of each place of the triangle is at least r.w / |w| long,
-// and r.w is least at a vertex. With w the offset of the nearest vertex, the bound is the distance
-// itself where that vertex is the closest point.
-//
-// Rounding, that of the rule as well, is covered by the constants (lab/proofs/closest.g). No answer
-// depends on the bound, so it may be fused, and differ by target.
+// A lower bound of the distance of a triangle from a point is much cheaper than the rule: the
+// offset r of each place of the triangle is at least r.w / |w| long for any w, and r.w is least at
+// a vertex. w is the offset of the nearest vertex. The constants cover rounding, that of the rule
+// as well (lab/proofs/closest.g), so that the bound may be fused.
 
 HWY_INLINE FloatVec fused_dot(const lanes::Float3& a, const lanes::Float3& b) {
     return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
 }
 
-/// The square of how far the bound by the nearest vertex is off, by the largest coordinate.
-HWY_INLINE FloatVec nearest_vertex_error2(FloatVec size) {
-    return mul_add(size * size, splat(kNearestVertexErrorSquare),
-                   splat(kLeastNearestVertexErrorSquare));
-}
-
-/// Where the rule may give d2 or less for a point and the triangle a, b, c, relative to it.
+/// Where the rule may give d2 or less for a point and the triangle a, b, c, relative to it. size:
+/// the largest coordinate.
 HWY_INLINE Mask may_be_within(const lanes::Float3& a, const lanes::Float3& b,
-                              const lanes::Float3& c, FloatVec error2, FloatVec d2) {
+                              const lanes::Float3& c, FloatVec size, FloatVec d2) {
+    const FloatVec error2 = mul_add(size * size, splat(kNearestVertexErrorSquare),
+                                    splat(kLeastNearestVertexErrorSquare));
     const FloatVec a2 = fused_dot(a, a);
     const FloatVec b2 = fused_dot(b, b);
     const FloatVec c2 = fused_dot(c, c);
@@ -574,10 +513,13 @@ public:
         const std::uint32_t first_leaf = near_leaf;
         if (first_leaf < bvh.leaves.size()) search_leaf(bvh, first_leaf);
         const auto near = [&](const Node& node, float* HWY_RESTRICT d2) HWY_ATTR {
-            const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR {
-                return lanes::box_distance2(p_, boxes.lower, boxes.upper);
-            };
-            return slots_within(node, splat(most_d2_), distance2, d2);
+            const FloatVec most_d2 = splat(most_d2_);
+            return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
+                const BoxLanes boxes = load_boxes(node, slot);
+                const FloatVec distances2 = lanes::box_distance2(p_, boxes.lower, boxes.upper);
+                store(distances2, d2 + slot);
+                return distances2 <= most_d2;
+            });
         };
         for_each_near_leaf(bvh, most_d2_, near, [&](std::uint32_t leaf) HWY_ATTR {
             if (leaf == first_leaf) return;
@@ -620,7 +562,7 @@ private:
             const FloatVec size =
                 max3(lanes::largest_component(to_a), lanes::largest_component(to_b),
                      lanes::largest_component(to_c));
-            near = near & may_be_within(to_a, to_b, to_c, nearest_vertex_error2(size), most_d2);
+            near = near & may_be_within(to_a, to_b, to_c, size, most_d2);
             if (none(near)) return;
             const FloatVec d2 = lanes::triangle_distance2(p_, a, b, c);
             const FloatVec d = hn::Sqrt(d2);
@@ -652,13 +594,10 @@ private:
     lanes::Float3 p_;
     FloatVec point_error_;
     ClosestTriangle closest_;
-    /// The exactly closest triangle is no farther than this.
-    float most_;
-    /// Its square, rounded up, for comparisons with squared distances.
-    float most_d2_;
+    /// The exactly closest triangle is no farther than this; the square is rounded up.
+    float most_, most_d2_;
     NearTriangles near_;
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

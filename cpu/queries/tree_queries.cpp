@@ -11,9 +11,7 @@
 #include "cpu/queries/tree_queries-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
+namespace mray::cpu::HWY_NAMESPACE {
 
 void answer(const Bvh& bvh, const CountQuery& query) {
     const std::span<const Ray> rays = query.rays;
@@ -41,7 +39,7 @@ void answer(const Bvh& bvh, const NextQuery& query) {
         query.hits[i] = next_hit_of(bvh, query.rays[i], query.crossing, query.after[i]);
 }
 
-/// Whether bundles pay, by what they and single points have taken so far.
+/// Whether bundles pay, by the leaves that they and single points have visited so far.
 class BundleChoice {
 public:
     /// Whether the next points are to be tried as a bundle.
@@ -50,15 +48,13 @@ public:
         --wait_;
         return false;
     }
-    /// A bundle takes as long as its points would one after the other if it visits about as many
-    /// leaves as kPointsOfLeaf points do.
-    std::size_t most_leaves() const {
-        return static_cast<std::size_t>(kPointsOfLeaf * leaves_of_point_);
-    }
+    /// The leaves that a bundle may visit before it is given up: about as many as 7 points do,
+    /// which take as long one after the other.
+    std::size_t most_leaves() const { return static_cast<std::size_t>(7 * leaves_of_point_); }
     void succeeded() { next_wait_ = kFirstWait; }
     void gave_up() {
         wait_ = next_wait_;
-        next_wait_ = std::min(2 * next_wait_, kLastWait);
+        next_wait_ = std::min<std::size_t>(2 * next_wait_, 48);
     }
     /// After `points` without a bundle that visited so many leaves.
     void add(std::size_t points, std::size_t leaves) {
@@ -67,13 +63,10 @@ public:
     }
 
 private:
-    static constexpr float kPointsOfLeaf = 7;
     static constexpr std::size_t kFirstWait = 3;
-    static constexpr std::size_t kLastWait = 48;
 
     float leaves_of_point_ = 4;
-    std::size_t wait_ = 0;
-    std::size_t next_wait_ = kFirstWait;
+    std::size_t wait_ = 0, next_wait_ = kFirstWait;
 };
 
 void answer(const Bvh& bvh, const WindingQuery& query) {
@@ -83,7 +76,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
         uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
     };
     // Returns the number of leaves visited.
-    const auto ask_one_by_one = [&](std::size_t first, std::size_t count) {
+    const auto wind_one_by_one = [&](std::size_t first, std::size_t count) {
         std::size_t leaves = 0;
         for (std::size_t i = first; i < first + count; ++i) {
             query.watch.throw_if_cancelled();
@@ -94,19 +87,20 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     };
 #if HWY_TARGET != HWY_SCALAR
     // Returns false for a bundle that was given up.
-    const auto ask_together = [&](std::size_t first, std::size_t count, std::size_t most_leaves) {
+    const auto wind_together = [&](std::size_t first, std::size_t count, std::size_t most_leaves) {
         vec3 clipped[kLanes];
         for (std::size_t i = 0; i < count; ++i) clipped[i] = clipped_point(points[first + i]);
         const std::size_t before = uncertain.size();
         WindingBundle search(std::span<const vec3>(clipped, count));
-        if (search.search(bvh, most_leaves, [&](std::size_t i, std::uint32_t prim_id) {
-                add_uncertain(first + i, prim_id);
-            })) {
+        const bool found = search.search(
+            bvh, most_leaves,
+            [&](std::size_t i, std::uint32_t prim_id) { add_uncertain(first + i, prim_id); });
+        if (found) {
             search.store_windings(query.windings.subspan(first, count));
-            return true;
+        } else {
+            uncertain.resize(before);
         }
-        uncertain.resize(before);
-        return false;
+        return found;
     };
     // Calls about fewer points come in any order, and their bundles would be wide.
     constexpr std::size_t kManyPoints = 256;
@@ -116,18 +110,18 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
             query.watch.throw_if_cancelled();
             const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
             if (choice.tries()) {
-                if (ask_together(first, count, choice.most_leaves())) {
+                if (wind_together(first, count, choice.most_leaves())) {
                     choice.succeeded();
                     continue;
                 }
                 choice.gave_up();
             }
-            choice.add(count, ask_one_by_one(first, count));
+            choice.add(count, wind_one_by_one(first, count));
         }
         return;
     }
 #endif
-    ask_one_by_one(0, points.size());
+    wind_one_by_one(0, points.size());
 }
 
 void answer(const Bvh& bvh, const ClosestQuery& query) {
@@ -145,8 +139,7 @@ void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
     std::visit([&](const auto& query) HWY_ATTR { answer(bvh, query); }, batch);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -154,11 +147,8 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(answer_batch);
-
-}  // namespace
 
 TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh), answer_(SIMD_FUNCTION(answer_batch, target)) {}

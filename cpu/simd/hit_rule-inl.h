@@ -7,15 +7,11 @@
 #define MORPHRAY_CPU_SIMD_HIT_RULE_INL_H
 #endif
 
-#include <cstdint>
-
-#include "common/interop/bvh_layout.h"
 #include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 /// Where rays may hit, and which crossings count.
 struct HitRange {
@@ -47,6 +43,16 @@ HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, const HitRange& ra
     if (range.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
     return hits & lanes::is_in_range(hit.t, range.tnear, range.tfar) &
            lanes::finite_vertices(a, b, c);
+}
+
+HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) {
+    const LeafVertex& v = leaf.vertex[corner(leaf.vertex[triangle].corners, i)];
+    return {v.x, v.y, v.z};
+}
+
+HWY_INLINE TriangleCorners corners_in_lanes(const Leaf& leaf, std::uint32_t i) {
+    return {lanes::Float3(leaf_position(leaf, i, 0)), lanes::Float3(leaf_position(leaf, i, 1)),
+            lanes::Float3(leaf_position(leaf, i, 2))};
 }
 
 /// Returns the lanes among `possible`, in which the ray may go through the triangle t, where it
@@ -95,7 +101,7 @@ HWY_INLINE void gather_corners(const float* values, UintVec packed, FloatVec out
 
 /// Rays with the same largest axis and positive dir.z, and a triangle in each lane that the ray
 /// goes through in front of its origin: the hits of weighted_hit() with edge functions from
-/// fast_edges(), in fewer operations.
+/// fast_edges(), in fewer operations. Checked: lab/proofs/fast_hits.g.
 struct FastHits {
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
@@ -104,8 +110,7 @@ struct FastHits {
     Mask is_ahead;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
-    /// Returns the rays for which the rule takes its fast path if the sign of their hit's z is
-    /// certain.
+    /// Returns the rays for which the rule takes its fast path if the sign of their z is certain.
     HWY_INLINE Mask project(const FloatVec dir[3], FloatVec slack, const FloatVec corner[3][3]) {
         lanes::Float3 p[3];
         dz = dir[2];
@@ -120,7 +125,6 @@ struct FastHits {
                                 lanes::projected_size(p[2]));
         const FloatVec depth_range = farthest() - nearest();
         // edge_bound(), fused or not: 2^-18 more than makes up for the difference.
-        // Checked: lab/proofs/fast_hits.g.
         const FloatVec r = mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)),
                                    mul_add(splat(2.0f), m, depth_size()),
                                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
@@ -150,7 +154,7 @@ struct FastHits {
     /// as `mean`, is positive beyond its error. Their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
         // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
-        // range is at most twice the size. Checked: lab/proofs/fast_hits.g.
+        // range is at most twice the size.
         constexpr float kErrorOfSize = (2 * kWeightRounding + kMeanRounding) * (1 + 0x1p-18f);
         return mean > mul_add(splat(kErrorOfSize), depth_size(), splat(2 * (1 + 0x1p-18f)) * slack);
     }
@@ -178,18 +182,6 @@ struct TriangleLanes {
     }
 };
 
-HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
-    TriangleLanes out;
-    for (std::uint32_t k = 0; k < 3; ++k) {
-        const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
-        out.corner[k][0] = splat(v.x);
-        out.corner[k][1] = splat(v.y);
-        out.corner[k][2] = splat(v.z);
-    }
-    out.prim_ids = splat(leaf.prim_id[slot]);
-    return out;
-}
-
 /// Returns which of the lanes are hit from tnear = 0 up to tfar, and sets where.
 HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& rays, const TriangleLanes& triangles,
                                     FloatVec tfar, std::uint32_t lanes, lanes::TriangleHit& hits) {
@@ -199,8 +191,7 @@ HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& rays, const Triangl
     return intersect_triangles(rays, mask_of(lanes), {zero(), tfar}, corners, hits);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

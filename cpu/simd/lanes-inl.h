@@ -1,6 +1,5 @@
-// The shared text of the rules of hits and points, of cameras, surfaces and colours
-// (common/interop) on vectors, in namespace `lanes`: each lane has its own ray, triangle or pixel,
-// and gets the bits of the same function in namespace mray.
+// The shared text of common/interop on vectors, in namespace `lanes`: each lane has its own ray,
+// triangle or pixel, and gets the bits of the same function in namespace mray.
 #if defined(MORPHRAY_CPU_SIMD_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SIMD_LANES_INL_H
 #undef MORPHRAY_CPU_SIMD_LANES_INL_H
@@ -20,9 +19,17 @@
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
+
+/// The numbers below 16 that test() selects, as bits. test(l) returns a mask of as many numbers as
+/// there are lanes, from l on.
+template <class Test>
+HWY_INLINE std::uint32_t bits_of_sixteen(Test test) {
+    std::uint32_t bits = 0;
+    for (std::size_t l = 0; l < 16; l += kLanes) bits |= bits_of(test(l)) << l;
+    return bits;
+}
 
 namespace lanes {
 
@@ -112,8 +119,7 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 
 }  // namespace lanes
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

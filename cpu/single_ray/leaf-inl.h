@@ -1,9 +1,6 @@
-// The triangles of a leaf by the hit rule and with its bits. In order:
-//   1. a leaf in vectors whose lanes are its 16 vertices, and then its 16 triangles
-//   2. tests by plain edge functions whose answers are certain without the hit rule
-//   3. one ray, with the triangles for lanes
-//   4. closest hits, with rays for lanes
-//   5. any hits, with rays for lanes
+// The triangles of a leaf by the hit rule and with its bits: a leaf in vectors; tests by plain edge
+// functions, certain without the rule; one ray, with triangles for lanes; and closest and any hits
+// of many rays, with rays for lanes.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_LEAF_INL_H
@@ -14,48 +11,31 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 
-#include "common/interop/packet_bounds.h"
-#include "common/interop/tie_break_rule.h"
-#include "common/scene_queries.h"
-#include "common/simd/vectors-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
-#include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. Vectors of a leaf
-
-HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) {
-    const LeafVertex& v = leaf.vertex[corner(leaf.vertex[triangle].corners, i)];
-    return {v.x, v.y, v.z};
-}
+// ---- Vectors of a leaf
 
 /// Whether two corners of a triangle are at one place, bit for bit: no ray hits it
 /// (docs/design/arithmetic.md, "No area"), but all edge functions may be 0, which only the exact
 /// path can tell from a hit.
 HWY_INLINE bool has_equal_corners(const Leaf& leaf, std::uint32_t triangle) {
-    const vec3 a = leaf_position(leaf, triangle, 0);
-    const vec3 b = leaf_position(leaf, triangle, 1);
-    const vec3 c = leaf_position(leaf, triangle, 2);
-    const auto are_equal = [](const vec3& p, const vec3& q) {
+    const auto are_equal = [&](uint i, uint j) {
+        const vec3 p = leaf_position(leaf, triangle, i), q = leaf_position(leaf, triangle, j);
         return std::memcmp(&p, &q, sizeof p) == 0;
     };
-    return are_equal(a, b) || are_equal(b, c) || are_equal(c, a);
+    return are_equal(0, 1) || are_equal(1, 2) || are_equal(2, 0);
 }
 
 #if HWY_TARGET != HWY_SCALAR
 
 // A vector load of a leaf brings kBlocks whole vertices, one to a block of 4 lanes. Four loads are
-// transposed within the blocks, which is cheap on every target, so slots are not in order: lane i
-// of vector v holds slot kLanes * v + kBlocks * (i % 4) + i / 4. Triangles have the same order,
-// because their local vertex indices are stored with the vertices.
+// transposed within the blocks, which is cheap on every target, so slots are not in order
+// (slot_of_lane). Triangles have the same order, since their indices are stored with the vertices.
 inline constexpr std::uint32_t kBlocks = kLanes / 4;
 
 /// The slot of lane i of vector v, for lane = v * kLanes + i.
@@ -113,7 +93,7 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
     return out;
 }
 
-/// A value for each vertex slot: in vectors, or in memory where permuting those does not pay.
+/// A value for each vertex slot: in vectors, or in memory where permuting vectors does not pay.
 class VertexValues {
 public:
     HWY_INLINE void set(std::size_t v, FloatVec values) {
@@ -170,15 +150,13 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
 
 #endif  // HWY_TARGET
 
-// ---- 2. Certain answers
+// ---- Certain answers
 //
-// A triangle occludes a ray, with a hit between tnear and tfar; a hit would lie behind the origin;
-// a hit would lie beyond tfar.
-//
-// Occluders. Names (lab/proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions,
-// z the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are
-// the magnitudes of plain edge functions with |E - |e|| <= bound, all in units of dir.z^2 for
-// slopes; s the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so Z <= 2.001 X.
+// Occluders (certain_occluders). Names (lab/proofs/certain.g; e = 2^-24): E the magnitudes of the
+// exact edge functions, z the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of
+// z under E. |e| are the magnitudes of plain edge functions with |E - |e|| <= bound, all in units
+// of dir.z^2 for slopes; s the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so
+// Z <= 2.001 X.
 // 1. All e are beyond the bound and have one sign. So have the exact ones, and none is 0: the ray
 //    goes through the triangle, whichever path of the rule decides.
 // 2. n / s is within (2 bound range) / s, at most 4 bound Z / s, of zbar, as the deviations from a
@@ -197,36 +175,31 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
 // 7. Together bound / s has 4 + 2 * 11.3 < kCertainBound of Z. The rest is at most 126 e X: 6.3 e Z
 //    of the roundings of n, s and the test, 19 e Z of step 3, 24.1 e Z of step 6, 3.4 e Z of t = z
 //    rcp(dir.z), and 5 roundings of `to`, which is up to 4 X.
-// 8. kCertainDepth X = 256 e X covers this and 2^-17 X on top: t could move by 2^-18 of X and a hit
-//    would be in range all the same.
+// 8. kCertainDepth X = 256 e X covers this, and t could move by 2^-18 of X on top.
 // 9. Nothing overflows: origins farther than kCertainOrigin have no certain occluders, so from and
 //    to are at most 2^32. Products that underflow are off by 2^-124 in all; s is at least 3 bound,
 //    from at least 2^4, so e from s is at least 2^-116.
 //
-// A vertex that is not finite is left to the caller.
-//
-// Beyond tfar (certainly_beyond). The test demands kCertainBound bound <= s and
-// beyond s + kBeyondBound bound R <= n, with R the range of z, and beyond tfar |dir.z| with
-// kBeyondDepth X added. Most of these triangles are those at which shadow rays end.
+// Beyond tfar (certainly_beyond). The test demands kCertainBound bound <= s and beyond s +
+// kBeyondBound bound R <= n, with R the range of z, and beyond tfar |dir.z| with kBeyondDepth X
+// added. Shadow rays end at most of these triangles.
 // 1. Steps 2, 3 and 5 hold for every triangle that the rule finds hit: they need no e beyond the
 //    bound, and bound / s is at most 1 / kCertainBound.
 // 2. n / s is within 2 bound R / s of zbar. The fast path is off by 2 B R / S, where step 5 makes B
 //    at most 1.27 bound and S at least s - 3 bound - 3 B. kBeyondBound covers both.
-// 3. kBeyondDepth X = 128 e X covers what is left but for step 6, which only makes hits fewer: 119
-//    e X. So t of a hit would exceed tfar.
-// 4. Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal
-//    for origins farther than kCertainOrigin.
+// 3. kBeyondDepth X = 128 e X covers the rest, 119 e X, without step 6, which makes hits fewer.
+// 4. No n / s is more than 4 X: beyond is capped there, and kHugeReciprocal for origins farther
+// than
+//    kCertainOrigin.
 //
 // Behind the origin (may_be_ahead; lab/proofs/near.g). Names as above.
-// 1. |E - |e|| <= bound for each of the three.
-// 2. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
-//    positive.
-// 3. By step 1, the sum of E z is at most n + 3 bound Z.
-// 4. n as computed is off by at most 3 e s Z. It is below 2^127 for vertices within kSceneExtent
-//    and any origin.
-// 5. So a ray misses if n + Z (kBehindError s + 4 bound) is negative.
-// 6. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
-//    the product with Z in step 5. kBehindError s does not matter to a bound of at least 2^-97;
+// 1. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
+//    positive. As |E - |e|| <= bound, it is at most n + 3 bound Z.
+// 2. n as computed is off by at most 3 e s Z, and below 2^127 for vertices within kSceneExtent. So
+// a
+//    ray misses if n + Z (kBehindError s + 4 bound) is negative.
+// 3. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
+//    the product with Z in step 2. kBehindError s does not matter to a bound of at least 2^-97;
 //    kBehindUnderflow is added for the others.
 
 /// n, by the sign of dir.z, and s of plain edge functions.
@@ -248,18 +221,13 @@ struct CertainRange {
     FloatVec from, to, beyond;
 };
 
-HWY_INLINE CertainRange certain_ranges(const RayStream& stream, std::size_t first) {
-    return {load(stream.certain_from + first), load(stream.certain_to + first),
-            load(stream.certain_beyond + first)};
-}
-
 HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) {
     return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray]),
             splat(stream.certain_beyond[ray])};
 }
 
-/// The lanes in which the rule certainly finds a hit, if the vertices are finite. Of e it takes u,
-/// v, w, bound and depth_size, which may hold for a whole leaf.
+/// The lanes in which the rule certainly finds a hit between tnear and tfar, if the vertices are
+/// finite. Of e it takes u, v, w, bound and depth_size, which may hold for a whole leaf.
 HWY_INLINE Mask certain_occluders(const lanes::Edges& e, const DepthSum& depth,
                                   const CertainRange& range) {
     const Mask inside = (min3(e.u, e.v, e.w) > e.bound) | (max3(e.u, e.v, e.w) < -e.bound);
@@ -288,16 +256,13 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
     return depth.n >= -slack;
 }
 
-// ---- 3. One ray
+// ---- One ray
 //
-// 1. The fast path projects the vertices and computes the edge functions of all triangles.
-// 2. Most triangles are skipped by a bound of these functions that needs no depth
-//    (depthless_bound), because the largest |z| of a leaf takes longer to find than the functions.
-// 3. A triangle is skipped if may_be_inside is false by its own bound, or if its hit would
-// certainly
-//    lie behind the ray's origin. That holds for the triangle that a secondary ray starts from, the
-//    most frequent one of all.
-// 4. The fast path answers where it is certain, the exact path for the other triangles.
+// The fast path computes the edge functions of all triangles. Most are skipped by a bound that
+// needs no depth (depthless_bound), because the largest |z| of a leaf takes longer to find; others
+// by their own bound, or because their hit would certainly lie behind the ray's origin, as on the
+// triangle that a secondary ray starts from. The fast path answers where it is certain, the exact
+// path for the other triangles.
 
 #if HWY_TARGET == HWY_SCALAR
 
@@ -348,12 +313,6 @@ struct LeafPoints {
         return {x.look_up(places), y.look_up(places), z.look_up(places)};
     }
 };
-
-HWY_INLINE void project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
-                                  LeafPoints& points) {
-    for (std::size_t v = 0; v < kVectors; ++v)
-        points.set(v, lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]}));
-}
 
 struct FilteredTriangles {
     lanes::Edges edges;
@@ -417,9 +376,8 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
     const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared_ray(stream, ray);
     LeafPoints points;
-    for (std::size_t v = 0; v < kVectors; ++v) {
+    for (std::size_t v = 0; v < kVectors; ++v)
         points.set(v, lanes::project_rotated(s, {vertices.x[v], vertices.y[v], vertices.z[v]}));
-    }
     for (std::size_t v = 0; v < kVectors; ++v) {
         const std::uint32_t bits = uncertain >> (v * kLanes) & kLaneBits;
         if (bits == 0) continue;
@@ -439,11 +397,6 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
     return false;
 }
 
-/// True for triangles whose corners are at one place: their edge functions are all 0.
-HWY_INLINE Mask all_edges_are_equal(const lanes::Edges& e) {
-    return min3(e.u, e.v, e.w) == max3(e.u, e.v, e.w);
-}
-
 /// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
 /// ray may hit, until it returns true; whether it did.
 template <class Test>
@@ -451,7 +404,10 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
                                     const lanes::ShearedRay& s, const LeafLanes& vertices,
                                     Test test) {
     LeafPoints points;
-    project_leaf_fast(s, vertices, points);
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        points.set(v,
+                   lanes::project_rotated_fast(s, {vertices.x[v], vertices.y[v], vertices.z[v]}));
+    }
     const DepthlessBound<FloatVec> bound{splat(stream.bound_linear[ray]),
                                          splat(stream.bound_constant[ray])};
     for (std::size_t v = 0; v < kVectors; ++v) {
@@ -459,7 +415,9 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
         FilteredTriangles t = flat_triangles(points, at, bound);
         Mask inside = lanes::may_be_inside(t.edges) & used_lanes(vertices.local_vertices[v], v);
         if (none(inside)) continue;
-        if (!none(inside & all_edges_are_equal(t.edges))) {
+        // Triangles whose corners are at one place have edge functions that are all 0.
+        const lanes::Edges& e = t.edges;
+        if (!none(inside & (min3(e.u, e.v, e.w) == max3(e.u, e.v, e.w)))) {
             inside = and_not(equal_corners(vertices, at), inside);
             if (none(inside)) continue;
         }
@@ -513,16 +471,15 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
 
 #endif  // HWY_TARGET
 
-// ---- 4. Closest hits of many rays
+// ---- Closest hits of many rays
 //
-// The leaf's vertices are projected once for a vector of rays, by the rule's fast path, and serve
-// all triangles. A triangle is skipped by the edge functions of the rule and one bound for the
-// leaf, with 3 times the largest |x| + |y| of its vertices in place of the sum over a triangle's,
-// and most_depth() in place of the largest |z|. Each operation of edge_bound is monotone and 2 M is
-// exact, so this bound is not below a triangle's own, bit for bit.
+// The leaf's vertices are projected once for a vector of rays, by the rule's fast path. A triangle
+// is skipped by the edge functions of the rule and one bound for the leaf, with 3 times the largest
+// |x|
+// + |y| of its vertices in place of a triangle's sum, and most_depth() in place of the largest |z|.
+// Each operation of edge_bound is monotone, so this bound is not below a triangle's own.
 
-/// The vertices of a leaf as a vector of rays sees them, and a bound of the edge functions of all
-/// its triangles.
+/// The vertices of a leaf as rays see them, and a bound of the edge functions of all its triangles.
 struct ProjectedLeaf {
     FloatVec x[kLeafVertices], y[kLeafVertices], z[kLeafVertices], bound;
 
@@ -637,11 +594,6 @@ HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, c
                           });
 }
 
-HWY_INLINE TriangleCorners corners_in_lanes(const Leaf& leaf, std::uint32_t i) {
-    return {lanes::Float3(leaf_position(leaf, i, 0)), lanes::Float3(leaf_position(leaf, i, 1)),
-            lanes::Float3(leaf_position(leaf, i, 2))};
-}
-
 struct LeafRays {
     std::size_t first;
     lanes::ShearedRay sheared;
@@ -740,15 +692,13 @@ HWY_INLINE void for_rays_of_leaf(std::uint64_t rays, Together together, Alone al
     }
 }
 
-// ---- 5. Any hits of many rays
+// ---- Any hits of many rays
 //
 // For rays that have a leaf in common, such as ambient-occlusion rays around one place, this takes
-// fewer instructions than one ray after the other (lab/notes/cpu_tracer.md).
-//
-// The filter: which rays may go through a triangle. Vertices are projected as in project_fast, but
-// divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or not. The bound of its
-// edge functions, in the notation of docs/design/arithmetic.md, "Plain floats where they suffice",
-// for x' and with e = 2^-24:
+// fewer instructions than one ray after the other (lab/notes/cpu_tracer.md). Vertices are projected
+// as in project_fast, but divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or
+// not. The bound of edge functions, in the notation of docs/design/arithmetic.md, "Plain floats
+// where they suffice", for x' and with e = 2^-24:
 // 1. x' differs from x / dir.z, with x of `project`, by the sum of
 //        2 e r          rounding of a.x and a.z
 //        3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
@@ -808,7 +758,9 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
         ProjectedLeaf p;
         const FloatVec largest_z = project_by_slopes(stream, first, leaf, vertex_count, p);
         const FloatVec dz = load(stream.sheared_dir[2] + first);
-        const CertainRange range = certain_ranges(stream, first);
+        const CertainRange range = {load(stream.certain_from + first),
+                                    load(stream.certain_to + first),
+                                    load(stream.certain_beyond + first)};
         for (std::uint32_t i = 0; i < count && left != 0; ++i) {
             const std::uint32_t local = leaf.vertex[i].corners;
             const std::uint32_t a = corner(local, 0);
@@ -843,8 +795,7 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
     return hits;
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -1,8 +1,7 @@
 // A ray against the 16 boxes of a node.
 //
 // As with hits_box, every box that holds a triangle which the ray hits is met, with a least depth
-// that is not beyond last_depth of that hit; which other boxes are met and the last bits may
-// differ:
+// not beyond last_depth of that hit; which other boxes are met and the last bits may differ:
 //
 // 1. A plane p is met at fl(p * r - k), where r = 1/d, times kStreamRounding at its far side,
 //    and k = fl(org * r +- dilation * |r|).
@@ -18,8 +17,7 @@
 // 4. kStreamRounding covers the parts with t (lab/proofs/near.g). So an entry is no later than
 //    (1 + 2 u) t or (1 + 3 u) t of a hit, and the exit no earlier than that.
 // 5. k and r are constants of the ray and rounding is monotone, so a box within a box is still met
-//    within the interval of the other, bit for bit. Constants by target are in
-//    cpu/simd/rounding_bounds.h.
+//    within the interval of the other, bit for bit.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
@@ -28,17 +26,12 @@
 #endif
 
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 
 #include "common/bvh/bvh.h"
-#include "common/simd/vectors-inl.h"
-#include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 /// Vector v of the planes at this many bytes into the node.
 HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_t v) {
@@ -72,12 +65,10 @@ HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float la
 
 /// The slots whose boxes the ray meets up to tfar, as bits.
 HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, const Node& node) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const BoxTimes times = box_times(stream, ray, stream.last_depth[ray], node, v);
-        slots |= bits_of(times.enter <= times.leave) << (v * kLanes);
-    }
-    return slots;
+    return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
+        const BoxTimes times = box_times(stream, ray, stream.last_depth[ray], node, slot / kLanes);
+        return times.enter <= times.leave;
+    });
 }
 
 /// Where the ray enters the boxes on its main axis, which is kAxis unless that is kAnyAxis.
@@ -111,21 +102,14 @@ HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, fl
 }
 
 HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const auto children = as_int(load_unaligned(node.child + v * kLanes));
-        const auto is_leaf = children < hn::Zero(kInts);
-        slots |= bits_of(float_mask(is_leaf)) << (v * kLanes);
-    }
-    return slots;
+    return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
+        return float_mask(as_int(load_unaligned(node.child + slot)) < hn::Zero(kInts));
+    });
 }
 
 // Rays of one octant (the same sign of rdir on each axis) against the boxes of a node: first all of
-// them at once, with the boxes for lanes, then each ray against the boxes that remain, with the
-// rays for lanes.
-//
-// A box that a ray hits something in is never lost, and its least depth is not beyond last_depth of
-// that hit:
+// them at once, with the boxes for lanes, then each ray, as one ray is tested, with the rays for
+// lanes. As above, no box with a hit is lost, and its least depth is not beyond that hit's:
 // 1. A ray alone meets a plane p at fl(fl(p - o) * r), with o = fl(org +- D) and r its rdir: the
 //    operations of hits_box, which meets each box that holds a hit (docs/design/arithmetic.md,
 //    "Boxes").
@@ -140,8 +124,6 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
 //    hits_box.
 // 6. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
 //    exit below 0.
-//
-// The rays that remain are tested as one ray is.
 
 /// For each axis the ends of org +- D and of rdir over the rays, and the offset of the near planes.
 struct RayBundle {
@@ -204,22 +186,6 @@ HWY_INLINE RayBundle bundle_of(const RayStream& stream, std::size_t count) {
     return bundle;
 }
 
-/// When the rays of a bundle enter a vector of boxes at the earliest and leave it at the latest, on
-/// one axis.
-struct BundleTimes {
-    FloatVec enter, leave;
-};
-
-HWY_INLINE BundleTimes bundle_times(const RayBundle& bundle, const Node& node, int axis,
-                                    std::size_t v) {
-    const std::size_t near_offset = bundle.near_offset[axis];
-    const FloatVec near = load_planes(node, near_offset, v) - bundle.org_near[axis];
-    const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v) - bundle.org_far[axis];
-    const FloatVec least = splat(bundle.rdir_least[axis]);
-    const FloatVec most = splat(bundle.rdir_most[axis]);
-    return {min(near * least, near * most), max(far * least, far * most)};
-}
-
 /// The slots whose boxes a ray of the bundle may meet with a least depth of `last` or less, as
 /// bits, and a lower bound of the least depths for its rays.
 HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const Node& node,
@@ -230,10 +196,16 @@ HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const N
         FloatVec along = splat(kInfiniteT);
         FloatVec leave = splat(kInfiniteT);
         for (int axis = 0; axis < 3; ++axis) {
-            const BundleTimes times = bundle_times(bundle, node, axis, v);
-            enter = max(enter, times.enter);
-            if (bundle.is_main[axis]) along = min(along, times.enter);
-            leave = min(leave, times.leave);
+            const std::size_t offset = bundle.near_offset[axis];
+            const FloatVec near = load_planes(node, offset, v) - bundle.org_near[axis];
+            const FloatVec far = load_planes(node, offset ^ kPlaneBytes, v) - bundle.org_far[axis];
+            const FloatVec least = splat(bundle.rdir_least[axis]);
+            const FloatVec most = splat(bundle.rdir_most[axis]);
+            // The earliest and the latest time of a ray.
+            const FloatVec entry = min(near * least, near * most);
+            enter = max(enter, entry);
+            if (bundle.is_main[axis]) along = min(along, entry);
+            leave = min(leave, max(far * least, far * most));
         }
         t_least[v] = lanes::least_depth(enter, along, splat(bundle.depth_margin));
         const Mask met = (enter <= leave * kSlabRounding) & (t_least[v] <= splat(last));
@@ -281,8 +253,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
     }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -1,7 +1,5 @@
-// Rays as the single-ray tracer reads them, prepared a vector at a time, because preparing them one
-// by one takes much of the time of ambient-occlusion rays. Then a value is loaded for as many rays
-// as there are lanes, or broadcast for one. Last, a batch of rays is ordered by octants into
-// streams.
+// Streams: rays of one octant as the single-ray tracer reads them, prepared a vector at a time,
+// because preparing them one by one takes much of the time of ambient-occlusion rays.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
@@ -10,21 +8,17 @@
 #endif
 
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <utility>
 
 #include "common/interop/packet_bounds.h"
 #include "common/interop/slab.h"
 #include "common/scene_queries.h"
-#include "common/simd/vectors-inl.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 // Rays that are traced together; lab/notes/cpu_tracer.md has the figures.
 inline constexpr std::size_t kStreamRays = 64;
@@ -37,28 +31,24 @@ struct alignas(64) RayStream {
     // The line is in a slab between a near and a far plane, dilated and prolonged (prepare_slab),
     // between t = near * rdir - k_near and t = far * rdir_far - k_far. The sign of rdir tells which
     // of a node's planes are the near ones; near_offset is where they begin.
-    float rdir[3][kStreamRays];
-    float rdir_far[3][kStreamRays], k_near[3][kStreamRays], k_far[3][kStreamRays];
+    float rdir[3][kStreamRays], rdir_far[3][kStreamRays];
+    float k_near[3][kStreamRays], k_far[3][kStreamRays];
     std::uint32_t near_offset[3][kStreamRays];
     float tnear[kStreamRays], tfar[kStreamRays], least_dilation[kStreamRays];
     float depth_margin[kStreamRays];
-    // last_depth() of tfar.
-    float last_depth[kStreamRays];
+    float last_depth[kStreamRays];  // of tfar
     float org[3][kStreamRays], dir[3][kStreamRays];
     // With the bits of shear_ray.
     std::uint32_t axis[kStreamRays];
     float sheared_org[3][kStreamRays], sheared_dir[3][kStreamRays], depth_slack[kStreamRays];
     // depthless_bound()
-    float bound_linear[kStreamRays];
-    float bound_constant[kStreamRays];
+    float bound_linear[kStreamRays], bound_constant[kStreamRays];
     // dir.x / dir.z and dir.y / dir.z of sheared_dir, to some ulp.
     float slope[2][kStreamRays];
     // The |z| relative to the origin between which a triangle is certainly in range
-    // (cpu/single_ray/leaf-inl.h), none if certain_to is negative; and from which on
-    // it is certainly beyond tfar.
-    float certain_from[kStreamRays];
-    float certain_to[kStreamRays], certain_beyond[kStreamRays];
-    // Selects the crossings that count as hits.
+    // (cpu/single_ray/leaf-inl.h), none if certain_to is negative; and from which on it is
+    // certainly beyond tfar.
+    float certain_from[kStreamRays], certain_to[kStreamRays], certain_beyond[kStreamRays];
     Crossing crossing = Crossing::kEach;
 };
 
@@ -101,11 +91,10 @@ HWY_INLINE Value most_depth(Value org_size) {
     return org_size + kSceneExtent;
 }
 
-/// A bound of edge functions that needs no z, for the rays of a stream: at least edge_bound(m, Z)
-/// for every m and every Z up to most_depth(), fused or not. With c = kFastProjectionError and q =
-/// c most_depth() + kFastProjectionFloor, r of edge_bound is at most 2 c m + q, and r (m + 2 r) is
-/// at most (1 + 8 c) (2 c m^2 + q m + 2 q^2). kDepthlessBound covers 8 c and all roundings.
-/// Checked: lab/proofs/near.g.
+/// A bound of edge functions that needs no z: at least edge_bound(m, Z) for every m and every Z up
+/// to most_depth(), fused or not. With c = kFastProjectionError and q = c most_depth() +
+/// kFastProjectionFloor, r of edge_bound is at most 2 c m + q, and r (m + 2 r) at most (1 + 8 c)
+/// (2 c m^2 + q m + 2 q^2). kDepthlessBound covers 8 c and roundings (lab/proofs/near.g).
 template <class Value>
 struct DepthlessBound {
     Value linear, constant;
@@ -169,20 +158,10 @@ HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
     store(least, stream.least_dilation + first);
     store(margin, stream.depth_margin + first);
     store(lanes::last_depth(load(stream.tfar + first)), stream.last_depth + first);
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
         prepare_slab(stream, first, axis, org[axis], dir[axis], least);
-    }
     prepare_rule(stream, first, lanes::Float3(org), lanes::Float3(dir));
     prepare_range(stream, first, lanes::Float3(org));
-}
-
-HWY_INLINE void copy_ray(RayStream& stream, std::size_t i, const Ray& ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-        stream.org[axis][i] = ray.org[axis];
-        stream.dir[axis][i] = ray.dir[axis];
-    }
-    stream.tnear[i] = ray.tnear;
-    stream.tfar[i] = ray.tfar;
 }
 
 /// Copies the first rays, by fours; returns how many.
@@ -212,30 +191,29 @@ HWY_INLINE std::size_t copy_rays_by_four([[maybe_unused]] RayStream& stream,
     return i;
 }
 
-HWY_INLINE void spread_ray(RayStream& stream, std::size_t first, const Ray& ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-        store(splat(ray.org[axis]), stream.org[axis] + first);
-        store(splat(ray.dir[axis]), stream.dir[axis] + first);
-    }
-    store(splat(ray.tnear), stream.tnear + first);
-    store(splat(ray.tfar), stream.tfar + first);
-}
-
 /// Prepares rays[order[i]], at least one and at most kStreamRays. Lanes of the last vector beyond
 /// them repeat the last one.
-HWY_INLINE void fill_stream(RayStream& stream, const Ray* rays,
-                            std::span<const std::uint16_t> order) {
-    const std::size_t last = order.size() - 1;
-    spread_ray(stream, last / kLanes * kLanes, rays[order[last]]);
-    const std::span<const std::uint16_t> others = order.first(last);
-    for (std::size_t i = copy_rays_by_four(stream, rays, others); i < last; ++i)
-        copy_ray(stream, i, rays[others[i]]);
-    for (std::size_t first = 0; first < order.size(); first += kLanes) prepare_rays(stream, first);
-}
-
 HWY_INLINE RayStream make_stream(const Ray* rays, std::span<const std::uint16_t> order) {
     RayStream stream;
-    fill_stream(stream, rays, order);
+    const std::size_t last = order.size() - 1;
+    const std::size_t last_vector = last / kLanes * kLanes;
+    const Ray& last_ray = rays[order[last]];
+    for (int axis = 0; axis < 3; ++axis) {
+        store(splat(last_ray.org[axis]), stream.org[axis] + last_vector);
+        store(splat(last_ray.dir[axis]), stream.dir[axis] + last_vector);
+    }
+    store(splat(last_ray.tnear), stream.tnear + last_vector);
+    store(splat(last_ray.tfar), stream.tfar + last_vector);
+    for (std::size_t i = copy_rays_by_four(stream, rays, order.first(last)); i < last; ++i) {
+        const Ray& ray = rays[order[i]];
+        for (int axis = 0; axis < 3; ++axis) {
+            stream.org[axis][i] = ray.org[axis];
+            stream.dir[axis][i] = ray.dir[axis];
+        }
+        stream.tnear[i] = ray.tnear;
+        stream.tfar[i] = ray.tfar;
+    }
+    for (std::size_t first = 0; first < order.size(); first += kLanes) prepare_rays(stream, first);
     return stream;
 }
 
@@ -266,10 +244,7 @@ HWY_INLINE lanes::ShearedRay sheared_ray(const RayStream& stream, std::size_t ra
     return s;
 }
 
-// Rays by the octants of their directions: what a stream is made of. Neighbours in a batch stay
-// neighbours in a stream.
-
-// Rays that are ordered together.
+// Rays that are ordered together. Neighbours in a batch stay neighbours in a stream.
 inline constexpr std::size_t kBatchRays = 2048;
 
 /// The indices of at most kBatchRays rays: octant k has order[begin[k] .. begin[k + 1]).
@@ -296,16 +271,6 @@ struct OctantOrder {
         });
     }
 
-    /// Calls trace(order) for the streams of the rays: at most kStreamRays of one octant each.
-    template <class Trace>
-    HWY_INLINE void for_each_stream(Trace trace) const {
-        for (std::size_t octant = 0; octant < kOctants; ++octant) {
-            const std::size_t end = begin[octant + 1];
-            for (std::size_t i = begin[octant]; i < end; i += kStreamRays)
-                trace(std::span(order + i, std::min(kStreamRays, end - i)));
-        }
-    }
-
 private:
     // Parts of the batch that rays are taken from in turn, because a counter that was just written
     // takes some cycles until it can be read.
@@ -327,20 +292,23 @@ private:
     }
 };
 
-/// Calls trace(batch, order, first) for the streams of any rays, where batch are the rays from
-/// `first` on.
+/// Calls trace(batch, order, first) for the streams of any rays, at most kStreamRays of one octant
+/// each, where batch are the rays from `first` on.
 template <class Trace>
 HWY_INLINE void for_each_stream(std::span<const Ray> rays, Trace trace) {
     for (std::size_t first = 0; first < rays.size(); first += kBatchRays) {
         const auto batch = rays.subspan(first, std::min(kBatchRays, rays.size() - first));
         const OctantOrder order(batch);
-        order.for_each_stream(
-            [&](std::span<const std::uint16_t> part) { trace(batch.data(), part, first); });
+        for (std::size_t octant = 0; octant < OctantOrder::kOctants; ++octant) {
+            const std::size_t end = order.begin[octant + 1];
+            for (std::size_t i = order.begin[octant]; i < end; i += kStreamRays)
+                trace(batch.data(), std::span(order.order + i, std::min(kStreamRays, end - i)),
+                      first);
+        }
     }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -19,8 +19,7 @@
 #include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 // Batches of at most this many rays are traced ray by ray, unless they are alike: a stream of them
 // costs more time than it saves (lab/notes/cpu_tracer.md).
@@ -73,8 +72,7 @@ void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uin
     });
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -1,29 +1,19 @@
-// The traversals of single rays. In order:
-//   1. one ray, front to back or in any order; rays of one octant together
-//   2. one ray by itself
-//   3. closest hits of rays that have left a stream, many of them in turn
-//   4. closest hits of a stream of up to 64 rays of one octant
-//   5. any hits of such a stream
+// The traversals of single rays: one ray by itself; rays that have left a stream, many of them in
+// turn; and closest and any hits of a stream of up to 64 rays of one octant.
 #include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <span>
 #include <utility>
 
-#include "common/bvh/bvh.h"
 #include "cpu/single_ray/leaf-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
-// ---- 1. The tree
+// ---- The tree
 
 /// Inserts an entry into [base, size), which is sorted by t_least, the nearest last.
 template <class Entry>
@@ -150,11 +140,10 @@ HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std:
                        [&](std::uint32_t leaf) HWY_ATTR { visit_leaf(bvh.leaves[leaf]); });
 }
 
-/// Takes the first `count` rays of a stream, of one octant, down the tree together, with a mask of
-/// rays for each entry of the stack. A node's boxes are tested first for all rays at once and then
-/// for each ray (cpu/single_ray/node_lanes-inl.h). Front to back, an entry has a bound of the least
-/// depth of hits in its box. Rays whose last_depth is before it leave the mask when the entry is
-/// popped: a hit in the box would not be closer, nor as close. `tracer` has
+/// Takes the first `count` rays of a stream down the tree together, with a mask of rays for each
+/// entry of the stack. A node's boxes are tested first for all rays at once and then for each ray.
+/// Front to back, an entry has a bound of the least depth of hits in its box, and rays whose
+/// last_depth is before it leave the mask when it is popped. `tracer` has
 ///   kFrontToBack              whether the nearest child comes first, or children in any order
 ///   last_depths()             the depth up to which each ray looks for hits; any order: last_depth
 ///   rays_left(rays, t_least)  the rays that look for hits from t_least on
@@ -211,7 +200,7 @@ HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::
     }
 }
 
-// ---- 2. One ray by itself: prepared without vectors, because a vector of one ray takes as long as
+// ---- One ray by itself: prepared without vectors, because a vector of one ray takes as long as
 // a full one, and traced one node after the other.
 
 /// a * b + c as mul_add() rounds it.
@@ -320,15 +309,14 @@ HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
     return occluded_along<2>(bvh, stream);
 }
 
-// ---- 3. Rays that go on alone, with the 16 boxes of a node or the triangles of a leaf for lanes.
+// ---- Rays that go on alone, with the 16 boxes of a node or the triangles of a leaf for lanes.
 // Many take steps in turn, so that none waits for one node to know the next: each round pops an
-// entry off every ray's stack, tests all nodes among them, then all leaves, in loops without a
-// branch that depends on data.
+// entry off every ray's stack, then tests all nodes, then all leaves, without branches on data.
 //
 // A stack holds (key, child), the nearest on top. A key is the bits of t_least, which is not
 // negative, rounded down to a multiple of 16 ulp, plus the slot: keys order as the floats do, and
-// rounding down loses no box. Up to 16 children replace a node on the stack of a ray, so kMaxStack
-// entries suffice (docs/design/layout.md), and up to 8 are written beyond the last.
+// rounding down loses no box. Up to 8 entries are written beyond the last of kMaxStack
+// (docs/design/layout.md).
 
 #undef MORPHRAY_SORTED_IN_VECTORS
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
@@ -502,8 +490,7 @@ private:
     Path paths_[kMost];
 };
 
-// ---- 4. Closest hits of a stream, which goes down the tree front to back. A leaf's triangles are
-// tested with rays for lanes. Where few rays are left they go on alone.
+// ---- Closest hits of a stream, front to back. Where few rays are left they go on alone.
 
 // Rays go on together below a node if they are more than this many (lab/notes/cpu_tracer.md).
 inline constexpr std::size_t kTogetherAtNode = kLanes < 8 ? 4 : kLanes == 8 ? 8 : 16;
@@ -571,22 +558,16 @@ private:
     SingleRays single_rays_;
 };
 
-// ---- 5. Any hits of a stream, which goes down the tree in no order as long as enough rays are
-// left to fill the lanes of vectors. Then each ray goes on alone, with the 16 boxes or triangles
-// for lanes.
+// ---- Any hits of a stream, which goes down the tree in no order as long as enough rays are left
+// to fill the lanes of vectors. Then rays go on alone, as a stack of (ray, node). The topmost
+// kChunk entries are popped together and tested in a loop without a branch that depends on data;
+// met leaves are gathered and tested in a second such loop.
 //
-// The rays that go on alone are a stack of (ray, node). The topmost kChunk entries are popped
-// together and tested in a loop without a branch that depends on data, which neither waits for one
-// node to know the next nor mispredicts; met leaves are gathered and tested in a second such loop.
-//
-// The size of this stack:
-// 1. Entries from the shared traversal have generation 0, children one more than their parents.
-// 2. Generations do not decrease from bottom to top: a chunk's children are pushed in the order of
-//    their parents, on entries that are no later than the first of the chunk.
-// 3. So when an entry of generation g - 1 is popped, all of g and later are popped with it, and at
-//    most kWidth * kChunk of g and later come back.
-// 4. By induction from the last generation, at most kWidth * kChunk of each generation but the
-//    first are on the stack at a time, and kSeeds of the first.
+// The size of this stack: entries from the shared traversal have generation 0, children one more
+// than their parents. Generations do not decrease from bottom to top. So when an entry of
+// generation g - 1 is popped, all of g and later are popped with it, and at most kWidth * kChunk
+// come back: there are kSeeds entries of generation 0, and at most kWidth * kChunk of each other
+// one.
 
 inline constexpr std::size_t kChunk = 32;
 inline constexpr std::size_t kSeeds = 1024;
@@ -735,6 +716,5 @@ private:
     WorkItems<kWidth * kChunk> outer_;
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
