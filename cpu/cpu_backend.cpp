@@ -33,7 +33,7 @@ struct Tracers {
     std::function<void(const QueryBatch&)> query;
 };
 
-/// Makes those of a scene, whose arrays outlive them.
+/// Makes the tracers of a scene, whose arrays outlive them.
 using MakeTracers =
     std::function<Tracers(const Topology&, std::span<const vec3> positions, const Bvh&)>;
 
@@ -117,23 +117,18 @@ public:
     }
 
     void trace(const RayBatch& batch) override {
-        const auto trace_part = [&](std::size_t first, std::size_t count) {
-            const std::span<const Ray> rays = batch.rays.subspan(first, count);
+        using Range = tbb::blocked_range<std::size_t>;
+        const auto trace_range = [&](const Range& r) {
+            const std::span<const Ray> rays = batch.rays.subspan(r.begin(), r.size());
             if (batch.occluded.empty()) {
-                tracers_.image->intersect(rays, batch.hits.subspan(first, count));
+                tracers_.image->intersect(rays, batch.hits.subspan(r.begin(), r.size()));
             } else {
-                tracers_.image->occluded(rays, batch.occluded.subspan(first, count));
+                tracers_.image->occluded(rays, batch.occluded.subspan(r.begin(), r.size()));
             }
         };
-        if (batch.rays.size() <= kRayGrain) {
-            trace_part(0, batch.rays.size());
-            return;
-        }
-        using Range = tbb::blocked_range<std::size_t>;
-        arena_->execute([&] {
-            tbb::parallel_for(Range(0, batch.rays.size(), kRayGrain),
-                              [&](const Range& r) { trace_part(r.begin(), r.size()); });
-        });
+        const Range all(0, batch.rays.size(), kRayGrain);
+        if (batch.rays.size() <= kRayGrain) return trace_range(all);
+        arena_->execute([&] { tbb::parallel_for(all, trace_range); });
     }
 
     bool trace_stored(const StoredRayTile& tile, Hit* hits) override {
@@ -164,19 +159,12 @@ private:
     BackendTimes times_;
 };
 
-std::unique_ptr<Backend> make_backend(std::string name, const std::string& how,
-                                      const SimdTarget& target, const CpuConfig& config,
-                                      MakeTracers make_tracers) {
-    return std::make_unique<TracerBackend>(std::move(name), how, target,
-                                           std::make_unique<ThreadArena>(config.threads),
-                                           std::move(make_tracers));
-}
-
 /// A backend without SIMD.
 std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
                                        MakeTracers make_tracers) {
-    return make_backend(std::move(name), "portable C++", find_simd_target("scalar"), config,
-                        std::move(make_tracers));
+    return std::make_unique<TracerBackend>(
+        std::move(name), "portable C++", find_simd_target("scalar"),
+        std::make_unique<ThreadArena>(config.threads), std::move(make_tracers));
 }
 
 }  // namespace
@@ -184,8 +172,8 @@ std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     if (config.simd == kSimdOff) return make_scalar_backend(config);
     const SimdTarget target = find_simd_target(config.simd);
-    return make_backend(
-        "cpu", target.name, target, config,
+    return std::make_unique<TracerBackend>(
+        "cpu", target.name, target, std::make_unique<ThreadArena>(config.threads),
         [target](const Topology&, std::span<const vec3>, const Bvh& bvh) -> Tracers {
             return {std::make_unique<TileTracer>(bvh, target), TreeQueries(bvh, target)};
         });

@@ -1,13 +1,9 @@
-// Rows of samples from hits to colours. In order: the triangles that a row shows; the colours of
-// textures; pixels from samples; the rows of lit samples; rows of pixels.
+// Rows of samples from hits to colours: the triangles that a row shows; the colours of textures;
+// pixels from samples; the rows of lit samples; rows of pixels.
 #include "cpu/image/lit_shader.h"
 
 #include <algorithm>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/image/lit_shader.cpp"
@@ -19,8 +15,7 @@
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 
 // ---- Triangles
 
@@ -43,15 +38,21 @@ HWY_INLINE void load_corner_normals(const LitSamples& samples, UintVec prim,
 /// them, or to the first one.
 class TriangleRuns {
 public:
-    /// Finds the runs of a row of `width` samples and loads their triangles.
-    void find(const LitSamples& samples, const Hit* row, std::size_t width) {
-        if (!split(row, width)) return;
-        reserve((count_ + kLanes - 1) / kLanes * kLanes + kLanes, !samples.normal_ids.empty());
+    /// Finds the runs of a row of `width` samples and loads their triangles. Returns false if it
+    /// has no hits.
+    bool find(const LitSamples& samples, const Hit* row, std::size_t width) {
+        if (!split(row, width)) return false;
+        const std::size_t size = (count_ + kLanes - 1) / kLanes * kLanes + kLanes;
+        if (albedo_.size() < size) {
+            albedo_.resize(size);
+            for (auto& plane : std::span(planes_).first(samples.normal_ids.empty() ? 3 : 12))
+                plane.resize(size);
+        }
         has_degenerate_ = false;
         for (std::size_t at = 0; at < count_; at += kLanes) load(samples, at);
+        return true;
     }
 
-    bool has_hits() const { return count_ > 0; }
     bool has_degenerate() const { return has_degenerate_; }
 
     /// Looks up values of the runs of samples x and following, one a lane.
@@ -83,7 +84,6 @@ public:
 
 private:
     bool split(const Hit* row, std::size_t width) {
-        count_ = 0;
         const auto is_hit = [](const Hit& hit) { return hit.prim_id != kNoPrim; };
         const Hit* const first = std::find_if(row, row + width, is_hit);
         if (first == row + width) return false;
@@ -105,13 +105,6 @@ private:
         count_ = std::size_t{run} + 1;
         std::fill_n(&prims_[count_], kLanes, prim);
         return true;
-    }
-
-    void reserve(std::size_t size, bool is_smooth) {
-        if (albedo_.size() >= size) return;
-        for (AlignedVector<float>& plane : std::span(planes_).first(is_smooth ? 12 : 3))
-            plane.resize(size);
-        albedo_.resize(size);
     }
 
     void load(const LitSamples& samples, std::size_t at) {
@@ -140,10 +133,8 @@ private:
         return {at(planes_[plane]), at(planes_[plane + 1]), at(planes_[plane + 2])};
     }
 
-    AlignedVector<std::uint32_t> run_of_;
-    /// Triangle and albedo of each run.
-    AlignedVector<std::uint32_t> prims_;
-    AlignedVector<std::uint32_t> albedo_;
+    /// The run of each sample, and triangle and albedo of each run.
+    AlignedVector<std::uint32_t> run_of_, prims_, albedo_;
     /// x, y and z of the flat normal and of those at the corners, if they are smooth.
     AlignedVector<float> planes_[12];
     std::size_t count_ = 0;
@@ -393,9 +384,9 @@ struct SampleLanes {
     UintVec prim;
 };
 
-/// The surfaces of a row. Normals belong to triangles, on the side of the eye; depths are along
-/// the viewing direction, -1 without a hit; `occluded` are numbers of rays. There are kPad samples
-/// without a hit before the first and after the last one.
+/// The surfaces of a row, with kPad samples without a hit before the first and after the last one.
+/// Normals belong to triangles, on the side of the eye; depths are along the viewing direction, -1
+/// without a hit; `occluded` are numbers of rays.
 struct SurfaceRow {
     AlignedVector<float> x, y, z, depth, occluded;
     TriangleRuns runs;
@@ -481,8 +472,7 @@ private:
     }
 
     void find_surfaces(std::uint32_t y, SurfaceRow& row) const {
-        row.runs.find(s_, &s_.hits[std::size_t{y} * width_], width_);
-        if (!row.runs.has_hits()) {
+        if (!row.runs.find(s_, &s_.hits[std::size_t{y} * width_], width_)) {
             std::fill(row.depth.begin(), row.depth.end(), -1.0f);
             return;
         }
@@ -496,8 +486,7 @@ private:
             const lanes::Float3 through =
                 lanes::camera_direction(s_.params.camera, samples.x, samples.y);
             const lanes::Float3 dir = lanes::canonical_direction(through);
-            const lanes::Float3 n =
-                own_normals(row.runs, TriangleRuns::RunLookup(row.runs, x), dir);
+            const lanes::Float3 n = own_normals(row.runs, {row.runs, x}, dir);
             const lanes::Float3 normal = select(dot3(n, dir) > zero(), -n, n);
             const FloatVec depth =
                 samples.t * lanes::scale_to_unit(lanes::largest_component(through));
@@ -506,11 +495,9 @@ private:
             store(normal.z, row.z.data() + at);
             store(select(samples.visible, depth, -1.0f), row.depth.data() + at);
             if (!has_neighbours()) continue;
-            const std::uint32_t count = std::min<std::uint32_t>(kLanes, width_ - x);
-            for (std::uint32_t i = 0; i < count; ++i) {
-                row.occluded[at + i] =
-                    static_cast<float>(s_.occlusion[std::size_t{y} * width_ + x + i]);
-            }
+            const std::uint32_t* const occlusion = &s_.occlusion[std::size_t{y} * width_ + x];
+            for (std::uint32_t i = 0; i < std::min<std::uint32_t>(kLanes, width_ - x); ++i)
+                row.occluded[at + i] = static_cast<float>(occlusion[i]);
         }
     }
 
@@ -535,7 +522,7 @@ private:
     /// plane: by its normal, and by its distance from the plane, up to four samples.
     FloatVec open_of(const SampleLanes& samples, const lanes::Float3& n,
                      const lanes::Float3& through, FloatVec depth) const {
-        if (s_.ao_count == 0) return splat(1.0f);
+        if (!has_neighbours()) return splat(1.0f);
         const Camera& camera = s_.params.camera;
         const FloatVec along = lanes::dot3(n, through);
         const FloatVec along_x = lanes::dot3(n, lanes::Float3(camera.du));
@@ -566,8 +553,7 @@ private:
         return lanes::openness(occluded, max(count, splat(1.0f)) * static_cast<float>(s_.ao_count));
     }
 
-    /// The unit normals to shade with, on the side of the eye; `flat`: the normals of the
-    /// triangles.
+    /// The unit normals to shade with, on the side of the eye; `flat`: those of the triangles.
     lanes::Float3 shading_normals(const SampleLanes& samples, const TriangleRuns& runs,
                                   const TriangleRuns::RunLookup& at, const lanes::Float3& through,
                                   const lanes::Float3& flat) const {
@@ -669,40 +655,25 @@ private:
     AlignedVector<float> details_[kDetails];
 };
 
-/// The details of pixels from their samples.
-class PixelDetails {
-public:
-    PixelDetails(std::uint32_t side, std::size_t width) : side_(side), pixels_(width) {}
-
-    void clear() { std::fill(pixels_.begin(), pixels_.end(), LitPixel{}); }
-
-    void add(const LitRows& rows, std::uint32_t k) {
-        for (std::size_t x = 0; x < pixels_.size(); ++x) {
-            LitPixel& pixel = pixels_[x];
-            for (std::size_t plane = 0; plane < 3; ++plane) {
-                for (std::size_t i = 0; i < side_; ++i)
-                    pixel.colour[plane] += rows.detail(plane)[x * side_ + i];
-            }
-            if (k != side_ / 2) continue;
-            const std::size_t middle = x * side_ + side_ / 2;
-            for (std::size_t i = 0; i < 3; ++i) pixel.normal[i] = rows.detail(3 + i)[middle];
-            pixel.open = rows.detail(6)[middle];
+/// Adds row k of the samples of a row of pixels to their details; the first row starts them, and
+/// the last one ends them.
+void add_details(const LitRows& rows, std::uint32_t k, std::uint32_t side,
+                 std::span<LitPixel> pixels) {
+    const float share = 1.0f / static_cast<float>(side * side);
+    for (std::size_t x = 0; x < pixels.size(); ++x) {
+        LitPixel& pixel = pixels[x];
+        if (k == 0) pixel = {};
+        for (std::size_t plane = 0; plane < 3; ++plane) {
+            for (std::size_t i = 0; i < side; ++i)
+                pixel.colour[plane] += rows.detail(plane)[x * side + i];
+            if (k == side - 1) pixel.colour[plane] *= share;
         }
+        if (k != side / 2) continue;
+        const std::size_t middle = x * side + side / 2;
+        for (std::size_t i = 0; i < 3; ++i) pixel.normal[i] = rows.detail(3 + i)[middle];
+        pixel.open = rows.detail(6)[middle];
     }
-
-    void write(LitPixel* to) const {
-        const float share = 1.0f / static_cast<float>(side_ * side_);
-        for (const LitPixel& pixel : pixels_) {
-            *to = pixel;
-            for (float& channel : to->colour) channel *= share;
-            ++to;
-        }
-    }
-
-private:
-    std::size_t side_;
-    std::vector<LitPixel> pixels_;
-};
+}
 
 void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
                     std::uint32_t* pixels, LitPixel* details) {
@@ -711,10 +682,8 @@ void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_
     const bool with_details = details != nullptr && samples.kind == LitKind::kLit;
     LitRows rows(samples, begin * side, end * side, with_details);
     PixelSums sums(samples.params.width, side);
-    PixelDetails means(side, with_details ? width : 0);
     for (std::uint32_t y = begin; y < end; ++y, pixels += width) {
         sums.clear();
-        means.clear();
         for (std::uint32_t k = 0; k < side; ++k) {
             const std::uint32_t* const colours = rows.shade(y * side + k);
             if (side == 1) {
@@ -722,18 +691,14 @@ void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_
             } else {
                 sums.add(colours, samples.params.width);
             }
-            if (with_details) means.add(rows, k);
+            if (with_details) add_details(rows, k, side, {details, width});
         }
         if (side > 1) sums.write(width, pixels);
-        if (with_details) {
-            means.write(details);
-            details += width;
-        }
+        if (with_details) details += width;
     }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

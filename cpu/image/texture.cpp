@@ -14,11 +14,6 @@ constexpr std::uint32_t kWeightOne = 1u << kWeightBits;
 
 std::uint32_t channel(std::uint32_t texel, int k) { return texel >> (8 * k) & 0xFFu; }
 
-/// The square root, rounded to the nearest whole number, of at most kTexelOne.
-std::uint32_t rounded_root(std::uint32_t square) {
-    return static_cast<std::uint32_t>(std::sqrt(static_cast<double>(square)) + 0.5);
-}
-
 /// The texels of a row or column of `size` that texel x of the half as large one covers, and how
 /// much of each: all weights are whole numbers with the sum `total`.
 struct Taps {
@@ -82,10 +77,8 @@ Texcoord texcoord_at(const Texcoords& corners, float u, float v) {
 Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
                  bool clamp, float cutoff)
     : clamp_(clamp) {
-    const auto side = [](std::uint32_t texels_of_it) {
-        return static_cast<std::int32_t>(texels_of_it);
-    };
-    levels_.push_back({{side(width), side(height), side(width), side(height)}, 0});
+    const auto x = static_cast<std::int32_t>(width), y = static_cast<std::int32_t>(height);
+    levels_.push_back({{x, y, x, y}, 0});
     assert(texels.size() == std::size_t{width} * height && !texels.empty());
     std::size_t total = 0;
     for (std::uint32_t w = width, h = height;; w = std::max(w / 2, 1u), h = std::max(h / 2, 1u)) {
@@ -152,8 +145,9 @@ void Texture::append_half() {
             const std::uint64_t total = rows.total * column.total;
             std::uint32_t texel = 0;
             for (int k = 0; k < 3; ++k) {
-                const auto mean = static_cast<std::uint32_t>((sums[k] + total / 2) / total);
-                texel |= rounded_root(mean) << (8 * k);
+                const std::uint64_t mean = (sums[k] + total / 2) / total;
+                const double root = std::sqrt(static_cast<double>(mean));
+                texel |= static_cast<std::uint32_t>(root + 0.5) << (8 * k);
             }
             texels_.push_back(texel);
         }

@@ -3,26 +3,15 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
-#include <cstdint>
 #include <memory>
-#include <span>
 #include <utility>
-#include <vector>
 
 #include "common/base/watch.h"
-#include "common/scene/scene_space.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
 namespace mray::cpu {
-
-/// The shadow rays of a tile, with indices as by light_packet_ray().
-struct ShadowRays {
-    std::vector<SharedOriginRays> rays;
-    std::vector<LitPixels> lit;
-    std::vector<std::uint8_t> occluded;
-};
 
 /// Tells how large triangles are where the shadow rays of a tile end: the number of rays, and of
 /// the leaves that the camera packet of the same pixels visited. Zeros: not known.
@@ -59,8 +48,7 @@ public:
 
     /// Fills hits, unless the frame has them, occlusion and pixels of a tile. Returns the number of
     /// secondary rays: rays_per_hit() for each hit. Throws Error(kCancelled), leaving anything in
-    /// the tile, soon after the watch asks for it: before secondary rays, and for each few thousand
-    /// rays of ambient occlusion.
+    /// the tile, soon after the watch asks for it.
     std::size_t trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
                            Frame& frame, const Watch& watch) const;
 
@@ -74,6 +62,13 @@ private:
     // Return the number of secondary rays.
     std::size_t trace_shadows(const ImageRegion& region) const;
     std::size_t trace_ao(const ImageRegion& region, const Watch& watch) const;
+
+    /// The shadow rays of a tile, with indices as by light_packet_ray().
+    struct ShadowRays {
+        std::vector<SharedOriginRays> rays;
+        std::vector<LitPixels> lit;
+        std::vector<std::uint8_t> occluded;
+    };
 
     PixelShader shader_;
     mutable tbb::enumerable_thread_specific<ShadowRays> shadow_rays_;

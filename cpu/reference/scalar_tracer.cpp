@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <vector>
 
 #include "common/interop/closest_rule.h"
 #include "common/interop/tie_break_rule.h"
@@ -51,9 +50,8 @@ struct Candidate {
 bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
 
 float looseness_of(const Leaf& leaf) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    dvec3 lower(kInfinity);
-    dvec3 upper(-kInfinity);
+    dvec3 lower(std::numeric_limits<double>::infinity());
+    dvec3 upper = -lower;
     double area = 0;
     for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t) {
         if (!finite_vertices(a, b, c)) return;
@@ -75,9 +73,8 @@ float looseness_of(const Leaf& leaf) {
 
 Hit BruteTracer::intersect(const Ray& ray) const {
     ClosestHit closest(ray);
-    for_each_mesh_triangle(
-        *topology_, positions_,
-        [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) { closest.test(a, b, c, prim_id); });
+    for_each_mesh_triangle(*topology_, positions_,
+                           [&](auto... triangle) { closest.test(triangle...); });
     return closest.hit();
 }
 
@@ -158,24 +155,19 @@ void BruteTracer::answer(const ClosestQuery& query) const {
         std::vector<Candidate> candidates;
         // The exactly closest triangle is no farther than this.
         float most = std::numeric_limits<float>::infinity();
-        std::uint32_t prim_id = 0;
-        for (const uvec3& t : topology_->triangles) {
-            const NumberedTriangle triangle{prim_id++,
-                                            {positions_[t.x], positions_[t.y], positions_[t.z]}};
-            const auto& [a, b, c] = triangle.corners;
-            if (!finite_vertices(a, b, c)) continue;
+        const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+            if (!finite_vertices(a, b, c)) return;
             const float d2 = triangle_distance2(p, a, b, c);
-            if (is_closer(d2, triangle.prim_id, closest.d2, closest.prim_id))
-                closest = {d2, triangle.prim_id};
-            if (query.rivals == nullptr) continue;
+            if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
             const float size = std::max(
                 {largest_component(a - p), largest_component(b - p), largest_component(c - p)});
             const float least = std::sqrt(d2) - kRuleExcess * size;
-            if (least > most) continue;
-            candidates.push_back({least, triangle});
+            if (query.rivals == nullptr || least > most) return;
+            candidates.push_back({least, {prim_id, {a, b, c}}});
             most = std::min(most, std::sqrt(d2) + kRuleDefect * size +
                                       kPointRounding * (largest_component(p) + 1));
-        }
+        };
+        for_each_mesh_triangle(*topology_, positions_, test);
         if (query.rivals == nullptr) continue;
         for (const Candidate& candidate : candidates) {
             if (closest.prim_id != kNoPrim && candidate.least <= most)

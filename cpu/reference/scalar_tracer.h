@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "common/bvh/bvh.h"
-#include "common/interop/bvh_layout.h"
 #include "common/interop/hit_rule.h"
-#include "common/interop/ray.h"
 #include "common/interop/slab.h"
 #include "common/scene/mesh.h"
 #include "common/scene_queries.h"
@@ -110,9 +108,7 @@ public:
     Hit intersect(const Ray& ray) const {
         ClosestHit closest(ray);
         for_each_near_leaf(*bvh_, ray, last_depth(ray.tfar), [&](const Leaf& leaf) {
-            for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-                closest.test(a, b, c, prim_id);
-            });
+            for_each_triangle(leaf, [&](auto... triangle) { closest.test(triangle...); });
             return last_depth(closest.t());
         });
         return closest.hit();

@@ -1,11 +1,9 @@
-// The loops of a refit, compiled once for each target.
 #include "cpu/refit/refit.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/refit/refit.cpp"
@@ -15,8 +13,7 @@
 #include "common/simd/fixed_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 // The number of leaves by which prefetches run ahead, with all that a leaf's refit reads and writes
@@ -181,8 +178,7 @@ void refit_nodes(const RefitArrays& tree, const IndexSequence& nodes, std::uint3
     for (std::uint32_t i = begin; i < end; ++i) refit_node_in_lanes(own, all[i]);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -190,10 +186,11 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(refit_leaves);
 HWY_EXPORT(refit_nodes);
+
+namespace {
 
 // Elements a task, to hide scheduling and to balance. The calling thread refits fewer alone.
 constexpr std::uint32_t kLeafGrain = 1024;

@@ -1,12 +1,10 @@
 // Refitting a tree of constant topology to moved vertices on the CPU.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "common/bvh/box.h"
-#include "common/bvh/bvh.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
 
@@ -24,11 +22,10 @@ void refit(Bvh& bvh, std::span<const vec3> positions,
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
            const SimdTarget& target = best_simd_target());
 
-// ---- The two steps of a refit on one element and without SIMD: for leaves that the kernels leave
-// out, for targets without SIMD, and as the reference of tests.
+// ---- A refit of one element without SIMD: for leaves that the kernels leave out, for targets
+// without SIMD, and as the reference of tests.
 
-/// The arrays of a tree that a refit reads and writes. A loop keeps a copy in registers; through
-/// the tree itself refits take longer (lab/notes/build_and_refit.md).
+/// The arrays of a tree, of which a loop keeps a copy in registers (lab/notes/build_and_refit.md).
 struct RefitArrays {
     explicit RefitArrays(Bvh& bvh)
         : nodes(bvh.nodes.data()),

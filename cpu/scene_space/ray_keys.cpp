@@ -11,20 +11,17 @@
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
 
 /// A row of RayCurve for vectors that hold the two halves of some rays side by side: lane 2 i has a
-/// coordinate of the origin of ray i, lane 2 i + 1 one of its direction.
+/// coordinate of the origin of ray i, lane 2 i + 1 one of its direction. `first`: the numbers of
+/// the first cells among those of all coordinates.
 struct PairedRow {
-    FloatVec lower;
-    FloatVec scale;
-    IntVec last;
-    /// The numbers of the first cells among those of all coordinates.
-    IntVec first;
+    FloatVec lower, scale;
+    IntVec last, first;
 };
 
 HWY_INLINE PairedRow paired_row(const RayCurve& curve, std::size_t org, std::size_t dir) {
@@ -33,11 +30,10 @@ HWY_INLINE PairedRow paired_row(const RayCurve& curve, std::size_t org, std::siz
         return select(is_dir, splat(static_cast<float>(from_dir)),
                       splat(static_cast<float>(from_org)));
     };
-    const auto whole_pair = [&](auto from_org, auto from_dir)
-                                HWY_ATTR { return hn::ConvertTo(kInts, pair(from_org, from_dir)); };
+    const FloatVec last = pair(curve.last[org], curve.last[dir]);
+    const FloatVec first = pair(org * RayCurve::kMostCells, dir * RayCurve::kMostCells);
     return {pair(curve.lower[org], curve.lower[dir]), pair(curve.scale[org], curve.scale[dir]),
-            whole_pair(curve.last[org], curve.last[dir]),
-            whole_pair(org * RayCurve::kMostCells, dir * RayCurve::kMostCells)};
+            hn::ConvertTo(kInts, last), hn::ConvertTo(kInts, first)};
 }
 
 HWY_INLINE UintVec bits_of_cells(const RayCurve& curve, const PairedRow& row, FloatVec at) {
@@ -89,8 +85,7 @@ void find_keys(const RayCurve& curve, std::span<const StoredRay> rays, std::uint
     }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -98,23 +93,17 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
 
 HWY_EXPORT(find_keys);
-
-}  // namespace
 
 std::array<float, RayCurve::kCoordinates> ray_coordinates(const StoredRay& ray) {
     const float* dir = ray.dir;
     const float scale = 1 / (std::abs(dir[0]) + std::abs(dir[1]) + std::abs(dir[2]));
-    float a = dir[0] * scale;
-    float b = dir[1] * scale;
-    if (dir[2] < 0) {
-        const float folded = std::copysign(1 - std::abs(b), a);
-        b = std::copysign(1 - std::abs(a), b);
-        a = folded;
-    }
-    return {ray.org[0], ray.org[1], ray.org[2], a, b};
+    const float x = dir[0] * scale;
+    const float y = dir[1] * scale;
+    const bool is_below = dir[2] < 0;
+    return {ray.org[0], ray.org[1], ray.org[2], is_below ? std::copysign(1 - std::abs(y), x) : x,
+            is_below ? std::copysign(1 - std::abs(x), y) : y};
 }
 
 void find_ray_keys(const RayCurve& curve, const SimdTarget& target, std::span<const StoredRay> rays,

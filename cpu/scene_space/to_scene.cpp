@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/scene_space/to_scene.cpp"
@@ -14,19 +13,16 @@
 
 #include "cpu/simd/lanes-inl.h"
 
-#ifndef MORPHRAY_TO_SCENE_CONSTANTS
-#define MORPHRAY_TO_SCENE_CONSTANTS
-namespace mray::cpu {
-/// The largest exponent of a factor: the power of two and its inverse are normal floats.
-constexpr int kMostExponent = 126;
-
-enum MadeFlag { kLeftOut = 1, kOutside = 2, kNotInvertible = 4, kChanged = 8 };
-}  // namespace mray::cpu
-#endif
-
 HWY_BEFORE_NAMESPACE();
-namespace mray::cpu {
-namespace HWY_NAMESPACE {
+namespace mray::cpu::HWY_NAMESPACE {
+
+/// The largest exponent of a factor: the power of two and its inverse are normal floats.
+inline constexpr int kMostExponent = 126;
+
+HWY_INLINE std::array<float, 3> centre_of(const SceneSpace& space) {
+    return {static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
+            static_cast<float>(space.centre(2))};
+}
 
 #if HWY_TARGET != HWY_SCALAR
 
@@ -88,34 +84,35 @@ HWY_INLINE std::uint32_t make_rays(const StoredRay* from, const float* centre, i
 
 #endif
 
-void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre, int exponent,
-                  SceneRays& out) {
+void make_rays_in_lanes(const SceneSpace& space, std::span<const StoredRay> rays, SceneRays& out) {
     out.hard_count = 0;
     std::size_t i = 0;
 #if HWY_TARGET != HWY_SCALAR
     constexpr std::size_t kRays = kLanes / 2;
+    const std::array<float, 3> centre = centre_of(space);
+    const int exponent = space.exponent();
     const bool usable = std::abs(exponent) <= kMostExponent;
-    for (; usable && i + kRays <= count; i += kRays) {
+    for (; usable && i + kRays <= rays.size(); i += kRays) {
         const std::uint32_t good =
-            make_rays(rays + i, centre, exponent, out.rays + i, out.t_exponents + 2 * i);
+            make_rays(&rays[i], centre.data(), exponent, out.rays + i, out.t_exponents + 2 * i);
         constexpr std::uint32_t kAll = 0xAAAAAAAAu & kLaneBits;
-        for (std::uint32_t bad = kAll & ~good; bad != 0; bad &= bad - 1) {
+        for (std::uint32_t bad = kAll & ~good; bad != 0; bad &= bad - 1)
             out.hard[out.hard_count++] = static_cast<std::uint16_t>(i + first_bit(bad) / 2);
-        }
     }
 #else
-    (void)rays, (void)centre, (void)exponent;
+    (void)space;
 #endif
-    for (; i < count; ++i) out.hard[out.hard_count++] = static_cast<std::uint16_t>(i);
+    for (; i < rays.size(); ++i) out.hard[out.hard_count++] = static_cast<std::uint16_t>(i);
 }
 
 /// Makes `count` positions, at least kLanes; the coordinates are one array of floats. All
 /// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
-/// for positions that are not left out (make_rays() says why). Returns MadeFlags.
-int make_position_run(const float* world, std::size_t count, const float* centre, int exponent,
-                      float limit, float* scene) {
-    const FloatVec scale = as_float(as_uint(splat((exponent + 127) << 23)));
-    const FloatVec inverse = as_float(as_uint(splat((127 - exponent) << 23)));
+/// for positions that are not left out (make_rays() says why).
+HWY_INLINE MadePositions make_run(const SceneSpace& space, const float* world, std::size_t count,
+                                  float* scene) {
+    const FloatVec scale = as_float(as_uint(splat((space.exponent() + 127) << 23)));
+    const FloatVec inverse = as_float(as_uint(splat((127 - space.exponent()) << 23)));
+    const std::array<float, 3> centre = centre_of(space);
     // Three vectors hold kLanes positions. Lane l of vector k belongs to axis (k kLanes + l) % 3.
     FloatVec centres[3];
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -127,7 +124,7 @@ int make_position_run(const float* world, std::size_t count, const float* centre
     Mask inside = finite;
     Mask invertible = finite;
     Mask same = finite;
-    const FloatVec most = splat(limit);
+    const FloatVec most = splat(space.limit());
     const FloatVec extent = splat(kSceneExtent);
     for (std::size_t i = 0; i < count; i += kLanes) {
         // The last ones may be made twice.
@@ -143,14 +140,44 @@ int make_position_run(const float* world, std::size_t count, const float* centre
             store_unaligned(made, out);
         }
     }
-    return (all(finite) ? 0 : kLeftOut) | (all(inside) ? 0 : kOutside) |
-           (all(invertible) ? 0 : kNotInvertible) | (all(same) ? 0 : kChanged);
+    return {!all(inside), !all(finite), all(invertible), !all(same)};
 }
 
-int least_positions() { return static_cast<int>(kLanes); }
+MadePositions make_positions_in_lanes(const SceneSpace& space, std::span<const vec3> world,
+                                      std::span<vec3> scene) {
+    static_assert(sizeof(vec3) == 3 * sizeof(float));
+    // A run with a position that is left out is made again.
+    constexpr std::size_t kRun = 256;
+    MadePositions result;
+    for (std::size_t first = 0; first < world.size(); first += kRun) {
+        const std::size_t count = std::min(kRun, world.size() - first);
+        std::size_t made = 0;
+        if (count >= kLanes && std::abs(space.exponent()) <= kMostExponent) {
+            const MadePositions run = make_run(space, &world[first].x, count, &scene[first].x);
+            result.any_changed |= run.any_changed;
+            if (!run.any_left_out) {
+                made = count;
+                result.extend(run);
+            }
+        }
+        for (std::size_t i = first + made; i < first + count; ++i) {
+            const vec3 position = world[i];
+            const vec3 made_alone = space.to_scene(position);
+            const bool is_outside =
+                !(std::abs(made_alone.x) <= kSceneExtent &&
+                  std::abs(made_alone.y) <= kSceneExtent && std::abs(made_alone.z) <= kSceneExtent);
+            // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+            const bool is_changed = std::memcmp(&made_alone, &scene[i], sizeof(vec3)) != 0;
+            const bool is_kept = space.keeps(position);
+            result.extend({is_kept && is_outside, !is_kept, space.to_world(made_alone) == position,
+                           is_changed});
+            scene[i] = made_alone;
+        }
+    }
+    return result;
+}
 
-}  // namespace HWY_NAMESPACE
-}  // namespace mray::cpu
+}  // namespace mray::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -158,65 +185,19 @@ HWY_AFTER_NAMESPACE();
 #include "common/simd/simd_dispatch-inl.h"
 
 namespace mray::cpu {
-namespace {
-
-HWY_EXPORT(make_ray_run);
-HWY_EXPORT(make_position_run);
-HWY_EXPORT(least_positions);
-
-std::array<float, 3> centre_of(const SceneSpace& space) {
-    return {static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
-            static_cast<float>(space.centre(2))};
-}
-
-bool is_outside(vec3 scene) {
-    return !(std::abs(scene.x) <= kSceneExtent && std::abs(scene.y) <= kSceneExtent &&
-             std::abs(scene.z) <= kSceneExtent);
-}
-
-}  // namespace
+HWY_EXPORT(make_rays_in_lanes);
+HWY_EXPORT(make_positions_in_lanes);
 
 void make_scene_rays(const SceneSpace& space, const SimdTarget& target,
                      std::span<const StoredRay> rays, SceneRays& out) {
     assert(rays.size() <= SceneRays::kMost);
-    SIMD_FUNCTION(make_ray_run, target)
-    (rays.data(), rays.size(), centre_of(space).data(), space.exponent(), out);
+    SIMD_FUNCTION(make_rays_in_lanes, target)(space, rays, out);
 }
 
 MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
                              std::span<const vec3> world, std::span<vec3> scene) {
     assert(world.size() == scene.size());
-    static_assert(sizeof(vec3) == 3 * sizeof(float));
-    const auto make_run = SIMD_FUNCTION(make_position_run, target);
-    const auto least = static_cast<std::size_t>(SIMD_FUNCTION(least_positions, target)());
-    const std::array<float, 3> centre = centre_of(space);
-    // A run with a position that is not finite, or left out, is made again.
-    constexpr std::size_t kRun = 256;
-    MadePositions all;
-    for (std::size_t first = 0; first < world.size(); first += kRun) {
-        const std::size_t count = std::min(kRun, world.size() - first);
-        std::size_t made = 0;
-        if (count >= least && std::abs(space.exponent()) <= kMostExponent) {
-            const int flags = make_run(&world[first].x, count, centre.data(), space.exponent(),
-                                       space.limit(), &scene[first].x);
-            all.any_changed |= (flags & kChanged) != 0;
-            if ((flags & kLeftOut) == 0) {
-                made = count;
-                all.extend({(flags & kOutside) != 0, false, (flags & kNotInvertible) == 0, false});
-            }
-        }
-        for (std::size_t i = first + made; i < first + count; ++i) {
-            const vec3 position = world[i];
-            const vec3 made_alone = space.to_scene(position);
-            // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
-            const bool is_kept = space.keeps(position);
-            all.extend({is_kept && is_outside(made_alone), !is_kept,
-                        space.to_world(made_alone) == position,
-                        std::memcmp(&made_alone, &scene[i], sizeof(vec3)) != 0});
-            scene[i] = made_alone;
-        }
-    }
-    return all;
+    return SIMD_FUNCTION(make_positions_in_lanes, target)(space, world, scene);
 }
 
 }  // namespace mray::cpu

@@ -38,8 +38,7 @@ struct MadePositions {
     /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
     /// left out, and may not for one outside of the range or with a coordinate below 2^-36 of it.
     bool all_invertible = true;
-    /// False only if no bit of the output array has changed. For positions that are left out it
-    /// may be true without a change.
+    /// False only if no bit of the output has changed; left-out positions may count as changed.
     bool any_changed = false;
 
     void extend(const MadePositions& other) {
