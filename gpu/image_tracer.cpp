@@ -27,6 +27,12 @@ void set_shaded_tiles(RegionArguments& region) {
     region.tile_bits = best;
 }
 
+/// The secondary rays [first, end) of a region.
+OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
+                             std::uint32_t end) {
+    return {region.params, region.x, region.y, region.width, first, end};
+}
+
 /// Divides an image into regions of whole tiles, as wide as possible, row by row of regions.
 class Regions {
 public:
@@ -38,12 +44,12 @@ public:
     RegionArguments next(std::uint32_t tiles) {
         const std::uint32_t columns = (params_.width + kTileSize - 1) / kTileSize;
         if (x_ == 0) rows_ = tiles / std::min(tiles, columns);
-        RegionArguments region = {};
-        region.params = params_;
-        region.x = x_;
-        region.y = y_;
-        region.width = std::min(std::max(tiles / rows_, 1u) * kTileSize, params_.width - x_);
-        region.height = std::min(rows_ * kTileSize, params_.height - y_);
+        const std::uint32_t width = std::max(tiles / rows_, 1u) * kTileSize;
+        RegionArguments region = {.params = params_,
+                                  .x = x_,
+                                  .y = y_,
+                                  .width = std::min(width, params_.width - x_),
+                                  .height = std::min(rows_ * kTileSize, params_.height - y_)};
         set_tiles(region, kTileSize, kTileSize);
         x_ += region.width;
         if (x_ == params_.width) {
@@ -61,10 +67,12 @@ private:
     std::uint32_t rows_ = 1;
 };
 
-/// Copies the rows of a region to the image.
+/// Copies the rows of a region, which are in `buffer` or its copy for the host, to the image.
 template <class T, class Allocator>
-void copy_rows(const T* rows, const RegionArguments& region, std::uint32_t image_width,
-               std::vector<T, Allocator>& to) {
+void copy_rows(const Buffer& buffer, const Buffer& copy, const RegionArguments& region,
+               std::uint32_t image_width, std::vector<T, Allocator>& to) {
+    const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
+    const T* const rows = reinterpret_cast<const T*>(seen.mapped().data());
     for (std::uint32_t y = 0; y < region.height; ++y) {
         std::copy_n(rows + std::size_t{y} * region.width, region.width,
                     to.data() + std::size_t{region.y + y} * image_width + region.x);
@@ -78,7 +86,15 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
     with_pixels_ = frame.with_pixels;
     with_hits_ = frame.with_hits;
     samples_ = rays_per_hit(params.rays, params.ao_count);
-    prepare(watch);
+    // The kernels that every image of this kind needs, the fastest to compile first.
+    std::vector<Kernel*> needed;
+    if (with_pixels_) needed.push_back(&kernels_.shade);
+    needed.push_back(&kernels_.primary);
+    if (samples_ != 0) {
+        needed.push_back(&kernels_.compact);
+        needed.push_back(&kernels_.occlusion);
+    }
+    kernels_.prepare(needed, watch);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
@@ -100,18 +116,6 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
         watch.advance(double{1} * region.width * region.height / static_cast<double>(pixel_count));
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
-}
-
-/// Prepares the kernels that every image of this kind needs, the fastest to compile first.
-void ImageTracer::prepare(const Watch& watch) {
-    std::vector<Kernel*> needed;
-    if (with_pixels_) needed.push_back(&kernels_.shade);
-    needed.push_back(&kernels_.primary);
-    if (samples_ != 0) {
-        needed.push_back(&kernels_.compact);
-        needed.push_back(&kernels_.occlusion);
-    }
-    kernels_.prepare(needed, watch);
 }
 
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,
@@ -204,11 +208,6 @@ std::uint32_t ImageTracer::secondary_batch(const Watch& watch) const {
     return watch.can_cancel() ? rays_pace_.next(most) : most;
 }
 
-OcclusionArguments ImageTracer::secondary(const RegionArguments& region, std::uint32_t first,
-                                          std::uint32_t end) const {
-    return {region.params, region.x, region.y, region.width, first, end};
-}
-
 void ImageTracer::shade(VkCommandBuffer commands, const RegionArguments& region) const {
     RegionArguments tiles = region;
     set_shaded_tiles(tiles);
@@ -228,10 +227,12 @@ void ImageTracer::copy_results(VkCommandBuffer commands, const RegionArguments& 
 }
 
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) const {
-    if (with_pixels_) copy_rows(passes_.host_pixels(), region, frame.width, frame.pixels);
-    if (!with_hits_) return;
-    copy_rows(passes_.host_hits(), region, frame.width, frame.hits);
-    if (samples_ != 0) copy_rows(passes_.host_occlusion(), region, frame.width, frame.occlusion);
+    const RayBuffers& b = *passes_.buffers();
+    const std::uint32_t width = frame.width;
+    if (with_pixels_) copy_rows(b.pixels, b.pixels_copy, region, width, frame.pixels);
+    if (with_hits_) copy_rows(b.hits.buffer, b.hits_copy, region, width, frame.hits);
+    if (with_hits_ && samples_ != 0)
+        copy_rows(b.occlusion.buffer, b.occlusion_copy, region, width, frame.occlusion);
 }
 
 }  // namespace mray::gpu

@@ -43,7 +43,6 @@ public:
     void trace(const ImageParams& params, Frame& frame, BackendTimes& times, const Watch& watch);
 
 private:
-    void prepare(const Watch& watch);
     void trace_region(const RegionArguments& region, BackendTimes& times, const Watch& watch);
     void separate(VkCommandBuffer commands);
     void record_secondary(VkCommandBuffer commands, const RegionArguments& region,
@@ -51,8 +50,6 @@ private:
     double trace_rest(const RegionArguments& region, std::uint32_t first, std::uint32_t ray_count,
                       const Watch& watch);
     std::uint32_t secondary_batch(const Watch& watch) const;
-    OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
-                                 std::uint32_t end) const;
     void shade(VkCommandBuffer commands, const RegionArguments& region) const;
     void copy_results(VkCommandBuffer commands, const RegionArguments& region) const;
     void copy_region(const RegionArguments& region, Frame& frame) const;

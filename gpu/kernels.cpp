@@ -9,13 +9,8 @@
 namespace mray::gpu {
 namespace {
 
-/// A region without pixels. Its only tile keeps kernels from dividing by 0.
-RegionArguments no_region() {
-    RegionArguments nothing = {};
-    nothing.tile_columns = 1;
-    nothing.tile_count = 1;
-    return nothing;
-}
+// A region without pixels. Its only tile keeps kernels from dividing by 0.
+constexpr RegionArguments kNoRegion = {.tile_columns = 1, .tile_count = 1};
 
 /// The budget of a query by that of a ray: lavapipe's is lower.
 std::uint32_t query_steps(std::uint32_t steps) {
@@ -24,48 +19,32 @@ std::uint32_t query_steps(std::uint32_t steps) {
 
 }  // namespace
 
-void Kernel::compile(SharedDevice& device) {
-    if (pipeline_) return;
-    Pipeline& pipeline = device.pipelines.get(device.device, spirv_, {steps_});
-    pipeline_.emplace(device.device, pipeline);
-}
-
-void Kernel::bind(const Bindings& bindings, std::uint64_t version) {
-    if (bound_version_ == version) return;
-    pipeline_->bind(bindings);
-    bound_version_ = version;
-}
-
-#define WORDS(name) \
-    { k_##name##_spirv, k_##name##_storage_spirv }
+#define SPIRV(name)                                                                \
+    kind == BufferKind::kTexels ? std::span<const std::uint32_t>(k_##name##_spirv) \
+                                : std::span<const std::uint32_t>(k_##name##_storage_spirv)
 
 Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps)
     : device_(device),
       context_(context),
-      primary(WORDS(primary), kind, steps, no_region()),
-      rays(WORDS(rays), kind, steps, RaysArguments{}),
-      compact(WORDS(compact), kind, steps, no_region()),
-      occlusion(WORDS(occlusion), kind, steps, OcclusionArguments{}),
-      resume(WORDS(resume), kind, steps, ResumeArguments{}),
-      hits(WORDS(hits), kind, query_steps(steps), QueryArguments{}),
-      winding(WORDS(winding), kind, query_steps(steps), QueryArguments{}),
-      closest(WORDS(closest), kind, query_steps(steps), QueryArguments{}),
-      shade(WORDS(shade), kind, steps, no_region()),
-      refit_leaves(WORDS(refit_leaves), kind, steps, RefitArguments{}),
-      refit_nodes(WORDS(refit_nodes), kind, steps, RefitArguments{}) {}
+      primary(SPIRV(primary), steps, kNoRegion),
+      rays(SPIRV(rays), steps, RaysArguments{}),
+      compact(SPIRV(compact), steps, kNoRegion),
+      occlusion(SPIRV(occlusion), steps, OcclusionArguments{}),
+      resume(SPIRV(resume), steps, ResumeArguments{}),
+      hits(SPIRV(hits), query_steps(steps), QueryArguments{}),
+      winding(SPIRV(winding), query_steps(steps), QueryArguments{}),
+      closest(SPIRV(closest), query_steps(steps), QueryArguments{}),
+      shade(SPIRV(shade), steps, kNoRegion),
+      refit_leaves(SPIRV(refit_leaves), steps, RefitArguments{}),
+      refit_nodes(SPIRV(refit_nodes), steps, RefitArguments{}) {}
 
-#undef WORDS
+#undef SPIRV
 
-void Kernels::set_bindings(const Bindings& bindings) {
-    bindings_ = bindings;
-    ++version_;
-}
-
-void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
+void Kernels::prepare(const std::vector<Kernel*>& needed, const Watch& watch) {
     std::vector<Kernel*> missing;
     for (Kernel* const kernel : needed) {
-        if (kernel->is_ready()) {
-            kernel->bind(bindings_, version_);
+        if (kernel->pipeline_ && kernel->pipeline_->pipeline().is_warm()) {
+            make_ready(*kernel);
         } else {
             missing.push_back(kernel);
         }
@@ -78,7 +57,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
     const auto compile_rest = [this, rest, watch] {
         for (Kernel* const kernel : rest) {
             watch.throw_if_cancelled();
-            kernel->compile(device_);
+            compile(*kernel);
         }
     };
     // Its destructor waits for the thread, also after an exception. Without one it runs in get().
@@ -87,7 +66,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
         std::async(rest.empty() ? std::launch::deferred : in_thread, compile_rest);
     for (Kernel* const kernel : all_missing.first(half)) {
         watch.throw_if_cancelled();
-        kernel->compile(device_);
+        compile(*kernel);
         make_ready(*kernel);
     }
     others.get();
@@ -97,12 +76,23 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
     }
 }
 
+/// Threads may compile different kernels at the same time.
+void Kernels::compile(Kernel& kernel) {
+    if (kernel.pipeline_) return;
+    Device& device = device_.device;
+    kernel.pipeline_.emplace(device, device_.pipelines.get(device, kernel.spirv_, {kernel.steps_}));
+}
+
+/// Binds the resources, unless this version of them is bound, and dispatches a new kernel once.
 void Kernels::make_ready(Kernel& kernel) {
-    kernel.bind(bindings_, version_);
-    if (kernel.is_ready()) return;
-    context_.submit("compile a kernel",
-                    [&](VkCommandBuffer commands) { kernel.dispatch_nothing(commands); });
-    kernel.set_ready();
+    BoundPipeline& bound = *kernel.pipeline_;
+    if (kernel.bound_version_ != version_) bound.bind(bindings_);
+    kernel.bound_version_ = version_;
+    if (bound.pipeline().is_warm()) return;
+    context_.submit("compile a kernel", [&](VkCommandBuffer commands) {
+        bound.dispatch_bytes(commands, kernel.nothing_, 1);
+    });
+    bound.pipeline().set_warm();
 }
 
 }  // namespace mray::gpu

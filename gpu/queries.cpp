@@ -1,7 +1,6 @@
 #include "gpu/queries.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -24,6 +23,10 @@ Hit hit_of(const uvec4& answer) {
     if (answer.w == kNoPrim) return no_hit();
     return {uintBitsToFloat(answer.x), uintBitsToFloat(answer.y), uintBitsToFloat(answer.z),
             answer.w};
+}
+
+uvec4 words_of(const vec3& p, float w) {
+    return {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), floatBitsToUint(w)};
 }
 
 /// The number of all hits of a ray, with kTouchesBorder.
@@ -66,14 +69,15 @@ std::uint32_t Queries::run(const char* what, Kernel& kernel, std::uint32_t flags
                                                 .flags = flags,
                                                 .repeated_count = scene_.repeated_count(),
                                                 .pair_room = pair_room()});
-    transfer_.download(passes_.hits(), std::as_writable_bytes(answers));
+    transfer_.download(passes_.buffers()->hits.buffer, std::as_writable_bytes(answers));
     return found;
 }
 
 void Queries::answer(const CountQuery& query) const {
     std::vector<uvec4> answers;
     for_parts(query.rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        transfer_.upload(std::as_bytes(query.rays.subspan(first, size)), passes_.rays());
+        transfer_.upload(std::as_bytes(query.rays.subspan(first, size)),
+                         passes_.buffers()->rays.buffer);
         answers.resize(size);
         run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing), answers);
         for (std::size_t i = 0; i < size; ++i) {
@@ -94,8 +98,9 @@ void Queries::answer(const NextQuery& query) const {
         first_prims.resize(size);
         for (std::size_t i = 0; i < size; ++i)
             first_prims[i] = start_after(query.after[first + i], rest[i]);
-        transfer_.upload(std::as_bytes(std::span(rest)), passes_.rays());
-        transfer_.upload(std::as_bytes(std::span(first_prims)), passes_.visible_pixels());
+        transfer_.upload(std::as_bytes(std::span(rest)), passes_.buffers()->rays.buffer);
+        transfer_.upload(std::as_bytes(std::span(first_prims)),
+                         passes_.buffers()->visible_pixels.buffer);
         answers.resize(size);
         run("find next hits", kernels_.hits, flags_of(query.crossing), answers);
         for (std::size_t i = 0; i < size; ++i) query.hits[first + i] = hit_of(answers[i]);
@@ -151,11 +156,9 @@ void Queries::answer(const WindingQuery& query) const {
 void Queries::wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
     std::vector<uvec4> points(size);
     std::vector<uvec4> answers(size);
-    for (std::size_t i = 0; i < size; ++i) {
-        const vec3 p = clipped_point(query.points[first + i]);
-        points[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
-    }
-    transfer_.upload(std::as_bytes(std::span(points)), passes_.rays());
+    for (std::size_t i = 0; i < size; ++i)
+        points[i] = words_of(clipped_point(query.points[first + i]), 0);
+    transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
     const std::uint32_t found = run("wind around points", kernels_.winding, 0, answers);
     const std::size_t room = pair_room();
     if (found > room && size > 1) {
@@ -173,7 +176,7 @@ void Queries::wind_part(const WindingQuery& query, std::size_t first, std::size_
                     "the CPU backend");
     }
     std::vector<UncertainCrossing> pairs(found);
-    transfer_.download(passes_.pixels(), std::as_writable_bytes(std::span(pairs)));
+    transfer_.download(passes_.buffers()->pixels, std::as_writable_bytes(std::span(pairs)));
     // Pairs are there twice for queries that began again at the root.
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
@@ -192,12 +195,9 @@ void Queries::answer(const ClosestQuery& query) const {
     for_parts(query.points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
         points.resize(size);
         answers.resize(size);
-        for (std::size_t i = 0; i < size; ++i) {
-            const vec3 p = query.points[first + i];
-            points[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z),
-                         floatBitsToUint(query.most_d2)};
-        }
-        transfer_.upload(std::as_bytes(std::span(points)), passes_.rays());
+        for (std::size_t i = 0; i < size; ++i)
+            points[i] = words_of(query.points[first + i], query.most_d2);
+        transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
         run("find closest triangles", kernels_.closest, 0, answers);
         for (std::size_t i = 0; i < size; ++i)
             query.closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};

@@ -12,7 +12,7 @@
 
 namespace mray::gpu {
 
-/// The loop that brings each ray of a dispatch to an answer, with the buffers of a call.
+/// Brings each ray of a dispatch to an answer, with the buffers of a call.
 class RayPasses {
 public:
     /// Kernels and scene must outlive it.
@@ -29,10 +29,6 @@ public:
     [[nodiscard]] Use use();
 
     const PassSize& size() const { return size_; }
-    const Buffer& hits() const { return buffers_->hits.buffer; }
-    const Buffer& pixels() const { return buffers_->pixels; }
-    const Buffer& rays() const { return buffers_->rays.buffer; }
-    const Buffer& visible_pixels() const { return buffers_->visible_pixels.buffer; }
     /// The buffers in use, or null.
     const RayBuffers* buffers() const { return buffers_.get(); }
 
@@ -40,16 +36,9 @@ public:
     void begin(VkCommandBuffer commands) const { reset(commands, Reset::kAll); }
     /// Records, after the last pass of a submission, the copy of its counters for header().
     void end(VkCommandBuffer commands) const;
-    /// Records the copy of the first results, for host_hits() and so on.
+    /// Records the copy of the first results to buffers that the host sees.
     void copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
                       bool with_occlusion, bool with_pixels) const;
-    const Hit* host_hits() const { return host<Hit>(buffers_->hits.buffer, buffers_->hits_copy); }
-    const std::uint32_t* host_occlusion() const {
-        return host<std::uint32_t>(buffers_->occlusion.buffer, buffers_->occlusion_copy);
-    }
-    const std::uint32_t* host_pixels() const {
-        return host<std::uint32_t>(buffers_->pixels, buffers_->pixels_copy);
-    }
     /// The counters of the last submission. Throws Error(kInternal) if a tree is broken.
     WorkHeader header(const char* what) const;
     /// Brings the first `count` suspended rays to an answer, the closest or any hit. Returns
@@ -64,11 +53,6 @@ public:
     std::uint32_t answer(const char* what, const Kernel& kernel, QueryArguments arguments);
 
 private:
-    template <class T>
-    static const T* host(const Buffer& buffer, const Buffer& copy) {
-        const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
-        return reinterpret_cast<const T*>(seen.mapped().data());
-    }
     /// The counters that a dispatch sets to 0; kRays: all but visible_count.
     enum class Reset { kAll, kRays, kUnfinished };
     void reset(VkCommandBuffer commands, Reset what) const;

@@ -62,9 +62,8 @@ void write_positions(BufferKind kind, std::span<const vec3> positions, std::span
 /// Vertices and albedo of each triangle; one of zeros if there are none, for lanes without a hit.
 std::vector<uvec4> with_albedo(const Topology& topology) {
     std::vector<uvec4> texels(std::max<std::size_t>(topology.triangles.size(), 1), uvec4(0));
-    for (std::size_t i = 0; i < topology.triangles.size(); ++i) {
+    for (std::size_t i = 0; i < topology.triangles.size(); ++i)
         texels[i] = uvec4(topology.triangles[i], topology.albedo[i]);
-    }
     return texels;
 }
 
@@ -197,38 +196,11 @@ namespace {
 
 // Dispatches of 2^22 leaves or nodes stay short.
 constexpr std::uint32_t kMaxGroups = 1u << 20;
+constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
 
 // A dispatch or a copy takes 10 to 65 us on lavapipe, as long as the refit of some thousand leaves.
 // So ranges are few, and gaps between them are filled.
 constexpr std::size_t kMostRanges = 8;
-
-/// Records dispatches that wait for each other.
-class Sequence {
-public:
-    Sequence(const Context& context, VkCommandBuffer commands)
-        : commands_(commands),
-          max_groups_(std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups)) {}
-
-    void add(const Kernel& kernel, IndexRange range) {
-        constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
-        while (range.begin < range.end) {
-            const std::uint32_t groups = std::min(
-                (range.end - range.begin + kItemsOfGroup - 1) / kItemsOfGroup, max_groups_);
-            const std::uint32_t count = std::min(range.end - range.begin, groups * kItemsOfGroup);
-            // Writer: the level below, or leaves of another range, which validation cannot
-            // distinguish; reader: this dispatch.
-            if (!std::exchange(first_, false)) barrier(commands_);
-            kernel.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
-                            groups);
-            range.begin += count;
-        }
-    }
-
-private:
-    VkCommandBuffer commands_;
-    std::uint32_t max_groups_;
-    bool first_ = true;
-};
 
 /// Vertices whose positions have to go to the device.
 std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
@@ -241,48 +213,62 @@ std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& 
     return ranges;
 }
 
-/// The leaves or nodes of each dispatch; nodes level by level, the lowest first.
-struct Dispatches {
-    std::vector<IndexRange> leaves;
-    std::vector<IndexRange> nodes;
+struct RefitDispatch {
+    const Kernel* kernel;
+    RefitArguments arguments;
 };
 
-Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
+/// The dispatches of a plan in their order: leaves, then nodes level by level, the lowest first.
+std::vector<RefitDispatch> dispatches_of(const Context& context, const Kernels& kernels,
+                                         const SceneBuffers& scene, const RefitPlan& plan) {
+    std::vector<RefitDispatch> dispatches;
+    if (plan.leaf_count == 0) return dispatches;
+    const std::uint32_t most =
+        kItemsOfGroup * std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups);
+    const auto add = [&](const Kernel& kernel, IndexRange range) {
+        for (std::uint32_t first = range.begin; first < range.end; first += most)
+            dispatches.push_back({&kernel, {first, std::min(range.end - first, most)}});
+    };
+    const std::vector<IndexRange> leaves = plan.all
+                                               ? std::vector{IndexRange{0, scene.leaf_count()}}
+                                               : covering_ranges(plan.parts.leaves, kMostRanges);
+    for (const IndexRange range : leaves) add(kernels.refit_leaves, range);
     const std::vector<std::uint32_t>& levels = scene.level_begin();
-    Dispatches d;
-    if (plan.leaf_count == 0) return d;
-    d.leaves = plan.all ? std::vector{IndexRange{0, scene.leaf_count()}}
-                        : covering_ranges(plan.parts.leaves, kMostRanges);
+    const std::vector<std::uint32_t>& moved = plan.parts.nodes;
     for (std::size_t level = levels.size() - 2; level > 0; --level) {
         IndexRange range = {levels[level], levels[level + 1]};
         if (!plan.all) {
-            const auto [first, last] =
-                std::pair(std::ranges::lower_bound(plan.parts.nodes, range.begin),
-                          std::ranges::lower_bound(plan.parts.nodes, range.end));
+            const auto first = std::ranges::lower_bound(moved, range.begin);
+            const auto last = std::ranges::lower_bound(moved, range.end);
             if (first == last) continue;
             range = {*first, *(last - 1) + 1};
         }
-        d.nodes.push_back(range);
+        add(kernels.refit_nodes, range);
     }
     // The root has no parent, but quarters.
-    d.nodes.push_back({0, 1});
-    return d;
+    add(kernels.refit_nodes, {0, 1});
+    return dispatches;
 }
 
 }  // namespace
 
-Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan) {
     Record upload = scene.set_positions(pose.positions(), moved_vertices(pose, plan));
-    Dispatches dispatches = dispatches_of(scene, plan);
-    if (!upload && dispatches.leaves.empty()) return {};
-    return [&context, &kernels, upload = std::move(upload),
-            dispatches = std::move(dispatches)](VkCommandBuffer commands) {
-        if (upload) upload(commands);
-        Sequence sequence(context, commands);
-        for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
-        for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
-    };
+    std::vector<RefitDispatch> dispatches = dispatches_of(context, kernels, scene, plan);
+    if (!upload && dispatches.empty()) return {};
+    return
+        [upload = std::move(upload), dispatches = std::move(dispatches)](VkCommandBuffer commands) {
+            if (upload) upload(commands);
+            for (std::size_t i = 0; i < dispatches.size(); ++i) {
+                // Writer: the level below, or leaves of another range, which validation cannot
+                // distinguish; reader: this dispatch.
+                if (i > 0) barrier(commands);
+                const auto& [kernel, arguments] = dispatches[i];
+                kernel->dispatch(commands, arguments,
+                                 (arguments.count + kItemsOfGroup - 1) / kItemsOfGroup);
+            }
+        };
 }
 
 }  // namespace mray::gpu

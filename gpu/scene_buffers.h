@@ -79,7 +79,7 @@ private:
 /// Sets the positions that the plan needs: moved ones, or all. Returns commands that refit the
 /// present scene by the plan, or nothing. They may write further leaves and nodes, with the same
 /// bytes.
-Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan);
 
 }  // namespace mray::gpu

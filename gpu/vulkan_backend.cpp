@@ -53,31 +53,215 @@ public:
     }
 
     void require_own_process() const override { throw_if_forked(); }
-    void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override;
-    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
+
+    void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override {
+        const Stopwatch watch;
+        check_scene(physical(), kind_, size_of(positions.size(), topology.triangles.size(), bvh));
+        // The scene before goes first: there may not be room for both.
+        clear();
+        SceneBuffers next(shared_->device, kind_, transfer_, topology, positions, bvh);
+        no_scene_.emplace(std::move(scene_));
+        scene_ = std::move(next);
+        bind();
+        planner_ = RefitPlanner(positions);
+        keep_links(bvh);
+        shared_->device.throw_on_validation_errors();
+        times_ = {.update = {.upload_ms = watch.ms()}};
+    }
+
+    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
+        require_scene_of(positions);
+        finish_refit();
+        const Stopwatch watch;
+        check_scene(physical(), kind_, size_of(positions.size(), scene_.triangle_count(), bvh));
+        is_behind_ = true;
+        scene_.set_positions(transfer_, positions);
+        scene_.set_tree(transfer_, bvh);
+        bind();
+        planner_.set_frame(positions);
+        is_behind_ = false;
+        keep_links(bvh);
+        shared_->device.throw_on_validation_errors();
+        times_.update.upload_ms = watch.ms();
+    }
+
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
-                        std::span<const IndexRange> changed) override;
-    std::span<const Node> nodes() override;
-    const Bvh& host_tree() override;
-    void read_tree(Bvh& bvh) override;
-    void edit_tree(const TreeEdit& edit) override;
-    void trace_image(const ImageParams& params, Frame& frame) override;
-    void trace(const RayBatch& batch) override;
-    void query(const QueryBatch& batch) override;
-    const BackendTimes& finish() override;
+                        std::span<const IndexRange> changed) override {
+        require_scene_of(positions);
+        finish_refit();
+        kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
+        const Stopwatch watch;
+        planner_.advance(positions, changed);
+        const RefitPlan plan = planner_.plan(links_, extent);
+        host_tree_.reset();
+        times_.update.refit_ms = 0;
+        defer_refit(lacks_boxes_ ? planner_.plan(links_, RefitExtent::kAll) : plan);
+        times_.update.upload_ms = watch.ms();
+        return plan.leaf_count;
+    }
+
+    std::span<const Node> nodes() override {
+        finish_refit();
+        return scene_.nodes(transfer_, nodes_);
+    }
+
+    const Bvh& host_tree() override {
+        if (!host_tree_) {
+            Bvh tree;
+            read_tree(tree);
+            host_tree_ = std::move(tree);
+        }
+        return *host_tree_;
+    }
+
+    void read_tree(Bvh& bvh) override {
+        finish_refit();
+        bvh = links_;
+        bvh.nodes.resize(links_.node_parents.size());
+        bvh.leaves.resize(links_.leaf_parents.size());
+        scene_.read_tree(transfer_, bvh);
+    }
+
+    void edit_tree(const TreeEdit& edit) override {
+        Bvh tree;
+        read_tree(tree);
+        if (!edit(tree)) return;
+        check_scene(physical(), kind_,
+                    size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
+        scene_.set_tree(transfer_, tree);
+        bind();
+        planner_.set_tree();
+        keep_links(tree);
+    }
+
+    void trace_image(const ImageParams& params, Frame& frame) override {
+        prepare_rays();
+        const RayPasses::Use use = use_ray_buffers();
+        images_.trace(params, frame, times_, image_watch());
+    }
+
+    /// Any hits are closest hits: no kernel ends at the first hit of any ray.
+    void trace(const RayBatch& batch) override {
+        const std::span<const Ray> rays = batch.rays;
+        std::vector<Hit> found(batch.occluded.size());
+        const std::span<Hit> hits = batch.occluded.empty() ? batch.hits : std::span(found);
+        assert(rays.size() == hits.size());
+        prepare_rays();
+        finish_refit();
+        const RayPasses::Use use = use_ray_buffers();
+        kernels_.prepare({&kernels_.rays});
+        times_.trace_ms = 0;
+        times_.rays = rays.size();
+        for (std::size_t first = 0; first < rays.size(); first += passes_.size().rays()) {
+            const std::size_t count =
+                std::min<std::size_t>(passes_.size().rays(), rays.size() - first);
+            transfer_.upload(std::as_bytes(rays.subspan(first, count)),
+                             passes_.buffers()->rays.buffer);
+            const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
+            times_.trace_ms += passes_.run("trace rays", false, [&](VkCommandBuffer commands) {
+                kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
+            });
+            transfer_.download(passes_.buffers()->hits.buffer,
+                               std::as_writable_bytes(hits.subspan(first, count)));
+        }
+        for (std::size_t i = 0; i < found.size(); ++i)
+            batch.occluded[i] = found[i].prim_id != kNoPrim ? 1 : 0;
+    }
+
+    void query(const QueryBatch& batch) override {
+        finish_refit();
+        const RayPasses::Use use = use_ray_buffers();
+        std::visit([this](const auto& query) { queries_.answer(query); }, batch);
+    }
+
+    const BackendTimes& finish() override {
+        finish_refit();
+        return times_;
+    }
 
 private:
     const PhysicalDevice& physical() const { return shared_->device.physical(); }
-    void bind();
-    RayPasses::Use use_ray_buffers();
-    void keep_links(const Bvh& bvh);
-    void require_scene_of(std::span<const vec3> positions) const;
-    void clear();
-    void prepare_refit() { kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes}); }
-    void defer_refit(const RefitPlan& plan);
-    void catch_up();
-    void prepare_rays();
-    void finish_refit();
+
+    void bind() {
+        Bindings bindings;
+        scene_.add_to(bindings);
+        bound_ = passes_.buffers();
+        if (bound_ != nullptr) bound_->add_to(bindings);
+        kernels_.set_bindings(bindings);
+    }
+
+    RayPasses::Use use_ray_buffers() {
+        RayPasses::Use use = passes_.use();
+        if (bound_ != passes_.buffers()) bind();
+        return use;
+    }
+
+    /// Notes that the device has another tree.
+    void keep_links(const Bvh& bvh) {
+        host_tree_.reset();
+        lacks_boxes_ = true;
+        links_.leaf_vertices = bvh.leaf_vertices;
+        links_.leaf_parents = bvh.leaf_parents;
+        links_.node_parents = bvh.node_parents;
+        links_.level_begin = bvh.level_begin;
+        links_.repeated = bvh.repeated;
+        links_.triangle_count = bvh.triangle_count;
+    }
+
+    /// Throws unless the scene has as many vertices: they would go beyond the end of its buffer.
+    void require_scene_of(std::span<const vec3> positions) const {
+        if (positions.size() == scene_.vertex_count()) return;
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("positions of {} vertices are given for a scene of {}; a call that "
+                                "failed may have dropped the scene, so set one again",
+                                positions.size(), scene_.vertex_count()));
+    }
+
+    /// Drops scene and deferred refit: nothing is hit. Makes nothing: memory may be used up.
+    void clear() {
+        context_.drop_deferred();
+        is_behind_ = false;
+        planner_ = RefitPlanner();
+        keep_links(empty_tree());
+        lacks_boxes_ = false;
+        if (!no_scene_) return;
+        scene_ = std::move(*no_scene_);
+        no_scene_.reset();
+        bind();
+    }
+
+    /// Leaves a refit to the planner's pose to the next submission.
+    void defer_refit(const RefitPlan& plan) {
+        const bool was_behind = std::exchange(is_behind_, true);
+        Record record = refit_scene(context_, kernels_, scene_, planner_.pose(), plan);
+        if (!record) {
+            is_behind_ = was_behind;
+            return;
+        }
+        context_.defer(std::move(record), [this, is_all = plan.all](double device_ms) {
+            times_.update.refit_ms = device_ms;
+            is_behind_ = false;
+            if (is_all) lacks_boxes_ = false;
+        });
+    }
+
+    /// Defers a refit of everything if a failed call has left the tree at an older pose.
+    void catch_up() {
+        if (!is_behind_ || context_.has_deferred()) return;
+        kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
+        defer_refit(planner_.plan(links_, RefitExtent::kAll));
+    }
+
+    /// catch_up(), and for a tree that was set: a refit writes the boxes that rays need.
+    void prepare_rays() {
+        is_behind_ = is_behind_ || (lacks_boxes_ && !links_.leaf_parents.empty());
+        catch_up();
+    }
+
+    void finish_refit() {
+        catch_up();
+        if (context_.has_deferred()) context_.submit("refit", [](VkCommandBuffer) {});
+    }
 
     std::shared_ptr<SharedDevice> shared_;
     BufferKind kind_;
@@ -104,209 +288,6 @@ private:
     AlignedVector<Node> nodes_;
     BackendTimes times_;
 };
-
-void VulkanBackend::bind() {
-    Bindings bindings;
-    scene_.add_to(bindings);
-    bound_ = passes_.buffers();
-    if (bound_ != nullptr) bound_->add_to(bindings);
-    kernels_.set_bindings(bindings);
-}
-
-RayPasses::Use VulkanBackend::use_ray_buffers() {
-    RayPasses::Use use = passes_.use();
-    if (bound_ != passes_.buffers()) bind();
-    return use;
-}
-
-void VulkanBackend::keep_links(const Bvh& bvh) {
-    host_tree_.reset();
-    links_.leaf_vertices = bvh.leaf_vertices;
-    links_.leaf_parents = bvh.leaf_parents;
-    links_.node_parents = bvh.node_parents;
-    links_.level_begin = bvh.level_begin;
-    links_.repeated = bvh.repeated;
-    links_.triangle_count = bvh.triangle_count;
-}
-
-/// Throws unless the scene has as many vertices: they would go beyond the end of its buffer.
-void VulkanBackend::require_scene_of(std::span<const vec3> positions) const {
-    if (positions.size() == scene_.vertex_count()) return;
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("positions of {} vertices are given for a scene of {}; a call that "
-                            "failed may have dropped the scene, so set one again",
-                            positions.size(), scene_.vertex_count()));
-}
-
-void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) {
-    const Stopwatch watch;
-    check_scene(physical(), kind_, size_of(positions.size(), topology.triangles.size(), bvh));
-    // The scene before goes first: there may not be room for both.
-    clear();
-    SceneBuffers next(shared_->device, kind_, transfer_, topology, positions, bvh);
-    no_scene_.emplace(std::move(scene_));
-    scene_ = std::move(next);
-    bind();
-    planner_ = RefitPlanner(positions);
-    keep_links(bvh);
-    lacks_boxes_ = true;
-    shared_->device.throw_on_validation_errors();
-    times_ = {.update = {.upload_ms = watch.ms()}};
-}
-
-void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
-    require_scene_of(positions);
-    finish_refit();
-    const Stopwatch watch;
-    check_scene(physical(), kind_, size_of(positions.size(), scene_.triangle_count(), bvh));
-    is_behind_ = true;
-    scene_.set_positions(transfer_, positions);
-    scene_.set_tree(transfer_, bvh);
-    bind();
-    planner_.set_frame(positions);
-    is_behind_ = false;
-    lacks_boxes_ = true;
-    keep_links(bvh);
-    shared_->device.throw_on_validation_errors();
-    times_.update.upload_ms = watch.ms();
-}
-
-std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent,
-                                   std::span<const IndexRange> changed) {
-    require_scene_of(positions);
-    finish_refit();
-    prepare_refit();
-    const Stopwatch watch;
-    planner_.advance(positions, changed);
-    const RefitPlan plan = planner_.plan(links_, extent);
-    host_tree_.reset();
-    times_.update.refit_ms = 0;
-    defer_refit(lacks_boxes_ ? planner_.plan(links_, RefitExtent::kAll) : plan);
-    times_.update.upload_ms = watch.ms();
-    return plan.leaf_count;
-}
-
-/// Leaves a refit to the planner's pose to the next submission.
-void VulkanBackend::defer_refit(const RefitPlan& plan) {
-    const bool was_behind = std::exchange(is_behind_, true);
-    Record record = refit_scene(context_, kernels_, scene_, planner_.pose(), plan);
-    if (!record) {
-        is_behind_ = was_behind;
-        return;
-    }
-    context_.defer(std::move(record), [this, is_all = plan.all](double device_ms) {
-        times_.update.refit_ms = device_ms;
-        is_behind_ = false;
-        if (is_all) lacks_boxes_ = false;
-    });
-}
-
-/// Defers a refit of everything if a failed call has left the tree at an older pose.
-void VulkanBackend::catch_up() {
-    if (!is_behind_ || context_.has_deferred()) return;
-    prepare_refit();
-    defer_refit(planner_.plan(links_, RefitExtent::kAll));
-}
-
-/// catch_up(), and for a tree that was set: a refit writes the boxes that rays need.
-void VulkanBackend::prepare_rays() {
-    is_behind_ = is_behind_ || (lacks_boxes_ && !links_.leaf_parents.empty());
-    catch_up();
-}
-
-void VulkanBackend::finish_refit() {
-    catch_up();
-    if (context_.has_deferred()) context_.submit("refit", [](VkCommandBuffer) {});
-}
-
-std::span<const Node> VulkanBackend::nodes() {
-    finish_refit();
-    return scene_.nodes(transfer_, nodes_);
-}
-
-const Bvh& VulkanBackend::host_tree() {
-    if (!host_tree_) {
-        Bvh tree;
-        read_tree(tree);
-        host_tree_ = std::move(tree);
-    }
-    return *host_tree_;
-}
-
-void VulkanBackend::read_tree(Bvh& bvh) {
-    finish_refit();
-    bvh = links_;
-    bvh.nodes.resize(links_.node_parents.size());
-    bvh.leaves.resize(links_.leaf_parents.size());
-    scene_.read_tree(transfer_, bvh);
-}
-
-void VulkanBackend::edit_tree(const TreeEdit& edit) {
-    Bvh tree;
-    read_tree(tree);
-    if (!edit(tree)) return;
-    check_scene(physical(), kind_, size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
-    scene_.set_tree(transfer_, tree);
-    bind();
-    planner_.set_tree();
-    keep_links(tree);
-    lacks_boxes_ = true;
-}
-
-/// Drops scene and deferred refit: nothing is hit. Makes nothing: memory may be used up.
-void VulkanBackend::clear() {
-    context_.drop_deferred();
-    is_behind_ = false;
-    lacks_boxes_ = false;
-    planner_ = RefitPlanner();
-    keep_links(empty_tree());
-    if (!no_scene_) return;
-    scene_ = std::move(*no_scene_);
-    no_scene_.reset();
-    bind();
-}
-
-void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
-    prepare_rays();
-    const RayPasses::Use use = use_ray_buffers();
-    images_.trace(params, frame, times_, image_watch());
-}
-
-/// Any hits are closest hits: no kernel ends at the first hit of any ray.
-void VulkanBackend::trace(const RayBatch& batch) {
-    const std::span<const Ray> rays = batch.rays;
-    std::vector<Hit> found(batch.occluded.size());
-    const std::span<Hit> hits = batch.occluded.empty() ? batch.hits : std::span(found);
-    assert(rays.size() == hits.size());
-    prepare_rays();
-    finish_refit();
-    const RayPasses::Use use = use_ray_buffers();
-    kernels_.prepare({&kernels_.rays});
-    times_.trace_ms = 0;
-    times_.rays = rays.size();
-    for (std::size_t first = 0; first < rays.size(); first += passes_.size().rays()) {
-        const std::size_t count = std::min<std::size_t>(passes_.size().rays(), rays.size() - first);
-        transfer_.upload(std::as_bytes(rays.subspan(first, count)), passes_.rays());
-        const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
-        times_.trace_ms += passes_.run("trace rays", false, [&](VkCommandBuffer commands) {
-            kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
-        });
-        transfer_.download(passes_.hits(), std::as_writable_bytes(hits.subspan(first, count)));
-    }
-    for (std::size_t i = 0; i < found.size(); ++i)
-        batch.occluded[i] = found[i].prim_id != kNoPrim ? 1 : 0;
-}
-
-void VulkanBackend::query(const QueryBatch& batch) {
-    finish_refit();
-    const RayPasses::Use use = use_ray_buffers();
-    std::visit([this](const auto& query) { queries_.answer(query); }, batch);
-}
-
-const BackendTimes& VulkanBackend::finish() {
-    finish_refit();
-    return times_;
-}
 
 }  // namespace
 

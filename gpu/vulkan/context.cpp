@@ -28,47 +28,34 @@ void barrier_before(VkCommandBuffer commands, VkPipelineStageFlags stage, VkAcce
     vkCmdPipelineBarrier(commands, kWork, stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
 }
 
-UniqueCommandPool create_pool(VkDevice device, std::uint32_t family) {
-    const VkCommandPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-        .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-        .queueFamilyIndex = family,
-    };
-    return {device, vkCreateCommandPool, info, "create a command pool"};
-}
-
-VkCommandBuffer allocate_commands(VkDevice device, VkCommandPool pool) {
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = pool,
-        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-        .commandBufferCount = 1,
-    };
-    VkCommandBuffer commands = VK_NULL_HANDLE;
-    check(vkAllocateCommandBuffers(device, &info, &commands), "allocate a command buffer");
-    return commands;
-}
-
-UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
-    if (timestamp_bits == 0) return {};
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_TIMESTAMP,
-        .queryCount = kStampCount,
-    };
-    return {device, vkCreateQueryPool, info, "create a query pool"};
-}
-
 }  // namespace
 
 Context::Context(Device& device, std::uint64_t timeout_ms)
     : device_(device),
       timeout_ms_(timeout_ms),
-      pool_(create_pool(device.get(), physical().queue_family)),
-      commands_(allocate_commands(device.get(), pool_.get())),
+      pool_(device.get(), vkCreateCommandPool,
+            VkCommandPoolCreateInfo{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                    .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                    .queueFamilyIndex = physical().queue_family},
+            "create a command pool"),
       fence_(device.get(), vkCreateFence,
-             VkFenceCreateInfo{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO}, "create a fence"),
-      queries_(create_queries(device.get(), physical().timestamp_bits)) {
+             VkFenceCreateInfo{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO}, "create a fence") {
+    const VkCommandBufferAllocateInfo commands = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = pool_.get(),
+        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+        .commandBufferCount = 1,
+    };
+    check(vkAllocateCommandBuffers(device.get(), &commands, &commands_),
+          "allocate a command buffer");
+    if (physical().timestamp_bits != 0) {
+        const VkQueryPoolCreateInfo queries = {
+            .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+            .queryType = VK_QUERY_TYPE_TIMESTAMP,
+            .queryCount = kStampCount,
+        };
+        queries_ = {device.get(), vkCreateQueryPool, queries, "create a query pool"};
+    }
     device_.throw_on_validation_errors();
 }
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -60,28 +60,6 @@ void load_functions(VkInstance instance) {
         volkLoadInstance(instance);
 }
 
-/// Whether `list`, a function of the loader, lists an item of this name.
-template <class Item, class List>
-bool lists(char (Item::*name)[VK_MAX_EXTENSION_NAME_SIZE], const char* wanted, const char* action,
-           List list) {
-    std::vector<Item> items;
-    check_loader(read_list(items, list), action);
-    return std::ranges::any_of(
-        items, [&](const Item& item) { return std::strcmp(item.*name, wanted) == 0; });
-}
-
-bool has_extension(const char* name) {
-    return lists(&VkExtensionProperties::extensionName, name, "list instance extensions",
-                 [](std::uint32_t* count, VkExtensionProperties* items) {
-                     return vkEnumerateInstanceExtensionProperties(nullptr, count, items);
-                 });
-}
-
-bool has_layer(const char* name) {
-    return lists(&VkLayerProperties::layerName, name, "list instance layers",
-                 vkEnumerateInstanceLayerProperties);
-}
-
 VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                           VkDebugUtilsMessageTypeFlagsEXT,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data,
@@ -103,6 +81,10 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
             "no driver on this machine, or none that loads: its manifest can be damaged, or the "
             "library that it names missing (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for "
             "example mesa-vulkan-drivers, or see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+    }
+    if (result == VK_ERROR_LAYER_NOT_PRESENT || result == VK_ERROR_EXTENSION_NOT_PRESENT) {
+        throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
+                          " is not installed; install vulkan-validationlayers");
     }
     check_loader(result, "create an instance");
     return instance;
@@ -151,12 +133,6 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     : log_(log != nullptr ? *log : own_log_) {
     load_library(loader);
     driver_process = ::getpid();
-    if (validate &&
-        !(has_layer(kValidationLayer) && has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME))) {
-        throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
-                          " is not installed; install vulkan-validationlayers");
-    }
-
     const VkApplicationInfo application = {
         .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
         .pApplicationName = "morphray",
@@ -164,9 +140,8 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     };
     const VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
     // The messenger in the chain receives messages from creation and destruction of the instance.
-    const VkValidationFeatureEnableEXT enabled[] = {
-        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
-    };
+    const VkValidationFeatureEnableEXT enabled =
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
     const void* chain = &messenger;
 #ifdef VK_EXT_layer_settings
     // Layers with settings look for missing barriers between shaders only if asked.
@@ -188,7 +163,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
         .pNext = chain,
         .enabledValidationFeatureCount = 1,
-        .pEnabledValidationFeatures = enabled,
+        .pEnabledValidationFeatures = &enabled,
     };
     const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
     handle_ = create_instance({
@@ -221,7 +196,7 @@ Instance::~Instance() {
 
 namespace {
 
-/// Types of devices by name, the preferred first.
+/// The preferred first.
 constexpr std::pair<VkPhysicalDeviceType, const char*> kDeviceTypes[] = {
     {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, "discrete"},
     {VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU, "integrated"},
@@ -234,27 +209,6 @@ const char* type_name(VkPhysicalDeviceType type) {
         if (value == type) return name;
     }
     return "other";
-}
-
-/// The compute queue family with the fewest other capabilities: a dedicated one runs undisturbed.
-std::optional<std::uint32_t> compute_family(std::span<const VkQueueFamilyProperties> families) {
-    std::optional<std::uint32_t> best;
-    for (std::uint32_t i = 0; i < families.size(); ++i) {
-        const VkQueueFlags flags = families[i].queueFlags;
-        if ((flags & VK_QUEUE_COMPUTE_BIT) == 0 || families[i].queueCount == 0) continue;
-        const bool is_dedicated = (flags & VK_QUEUE_GRAPHICS_BIT) == 0;
-        if (!best || is_dedicated) best = i;
-        if (is_dedicated) break;
-    }
-    return best;
-}
-
-std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice device) {
-    std::uint32_t count = 0;
-    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
-    std::vector<VkQueueFamilyProperties> families(count);
-    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
-    return families;
 }
 
 /// Whether lavapipe was told to use vectors of an unusual width. Mesa 25.0.7, unlike 22.3.6, then
@@ -323,12 +277,22 @@ std::string describe_1_1(PhysicalDevice& device) {
     return "";
 }
 
+/// Finds a compute queue, without graphics if there is one: that runs undisturbed.
 std::string find_queue(PhysicalDevice& device) {
-    const std::vector<VkQueueFamilyProperties> families = queue_families(device.handle);
-    const std::optional<std::uint32_t> family = compute_family(families);
-    if (!family) return "it has no compute queue";
-    device.queue_family = *family;
-    device.timestamp_bits = families[*family].timestampValidBits;
+    std::uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(device.handle, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(device.handle, &count, families.data());
+    const auto find = [&](VkQueueFlags flags, VkQueueFlags wanted) {
+        return std::ranges::find_if(families, [=](const auto& family) {
+            return family.queueCount > 0 && (family.queueFlags & flags) == wanted;
+        });
+    };
+    auto family = find(VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT);
+    if (family == families.end()) family = find(VK_QUEUE_COMPUTE_BIT, VK_QUEUE_COMPUTE_BIT);
+    if (family == families.end()) return "it has no compute queue";
+    device.queue_family = static_cast<std::uint32_t>(family - families.begin());
+    device.timestamp_bits = family->timestampValidBits;
     return "";
 }
 
@@ -424,39 +388,31 @@ std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
 
 std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted) {
     if (wanted.empty()) return preferred_device(devices);
-    std::vector<std::size_t> found;
+    const auto refuse = [](const std::string& text) {
+        throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
+    };
+    const std::string all = "; the devices are " + listing(devices);
+    std::vector<std::size_t> found = matches(devices, wanted);
     if (const auto index = parse_unsigned(wanted); index && as_uuid(wanted).empty()) {
-        if (*index >= devices.size()) {
-            throw Error(ErrorKind::kUnavailable,
-                        fmt::format("Vulkan: there is no device {}; the devices are {}", wanted,
-                                    listing(devices)));
-        }
-        found.push_back(*index);
-    } else {
-        found = matches(devices, wanted);
+        if (*index >= devices.size()) refuse("there is no device " + wanted + all);
+        found = {*index};
     }
-    if (found.size() != 1) {
-        throw Error(ErrorKind::kUnavailable,
-                    fmt::format("Vulkan: {} device fits '{}'; the devices are {}",
-                                found.empty() ? "no" : "more than one", wanted, listing(devices)));
-    }
+    if (found.empty()) refuse("no device fits '" + wanted + "'" + all);
+    if (found.size() > 1) refuse("more than one device fits '" + wanted + "'" + all);
     const DeviceInfo& device = devices[found.front()];
     if (!device.unusable.empty()) {
-        throw Error(ErrorKind::kUnavailable,
-                    fmt::format("Vulkan: device {} ({}) cannot be used: {}", device.index,
-                                device.name, device.unusable));
+        refuse(fmt::format("device {} ({}) cannot be used: {}", device.index, device.name,
+                           device.unusable));
     }
     return found.front();
 }
 
 namespace {
 
+/// Devices that were given up, with their instances: drivers must stay loaded.
 struct GivenUp {
-    std::atomic<bool> is_any = false;
     std::mutex mutex;
-    std::vector<VkDevice> devices;
-    /// Instances, and so their drivers, must stay loaded.
-    std::vector<std::shared_ptr<Instance>> instances;
+    std::map<VkDevice, std::shared_ptr<Instance>> devices;
 };
 
 /// Never destroyed, since handles of other static objects may end later.
@@ -465,44 +421,35 @@ GivenUp& given_up() {
     return all;
 }
 
-VkDevice create_device(const PhysicalDevice& physical) {
-    const float priority = 1.0f;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueFamilyIndex = physical.queue_family,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
-    std::vector<const char*> extensions;
-    if (physical.float_controls_is_extension)
-        extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
-        .ppEnabledExtensionNames = extensions.data(),
-    };
-    VkDevice device = VK_NULL_HANDLE;
-    check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
-    return device;
-}
-
 }  // namespace
 
 bool is_given_up(VkDevice device) {
     if (is_forked()) return true;
     GivenUp& all = given_up();
-    if (!all.is_any) return false;
     const std::scoped_lock lock(all.mutex);
-    return std::ranges::find(all.devices, device) != all.devices.end();
+    return all.devices.contains(device);
 }
 
 Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool force_staging)
     : instance_(std::move(instance)),
       physical_(std::move(physical)),
-      force_staging_(force_staging),
-      handle_(create_device(physical_)) {
+      force_staging_(force_staging) {
+    const float priority = 1.0f;
+    const VkDeviceQueueCreateInfo queue = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+        .queueFamilyIndex = physical_.queue_family,
+        .queueCount = 1,
+        .pQueuePriorities = &priority,
+    };
+    const char* const extension = VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME;
+    const VkDeviceCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+        .queueCreateInfoCount = 1,
+        .pQueueCreateInfos = &queue,
+        .enabledExtensionCount = physical_.float_controls_is_extension ? 1u : 0u,
+        .ppEnabledExtensionNames = &extension,
+    };
+    check(vkCreateDevice(physical_.handle, &info, nullptr, &handle_), "create the device");
     vkGetDeviceQueue(handle_, physical_.queue_family, 0, &queue_);
 }
 
@@ -511,11 +458,10 @@ Device::~Device() {
 }
 
 void Device::submit(const VkSubmitInfo& submission, VkFence fence) {
-    VkResult result = VK_SUCCESS;
-    {
+    const VkResult result = [&] {
         const std::scoped_lock lock(queue_mutex_);
-        result = vkQueueSubmit(queue_, 1, &submission, fence);
-    }
+        return vkQueueSubmit(queue_, 1, &submission, fence);
+    }();
     if (result == VK_ERROR_DEVICE_LOST) set_lost();
     check(result, "submit work");
 }
@@ -529,9 +475,7 @@ void Device::give_up() {
     set_lost();
     GivenUp& all = given_up();
     const std::scoped_lock lock(all.mutex);
-    all.devices.push_back(handle_);
-    all.instances.push_back(instance_);
-    all.is_any = true;
+    all.devices.emplace(handle_, instance_);
 }
 
 }  // namespace mray::gpu

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 
 #include "gpu/vulkan/device.h"
 
@@ -99,27 +98,29 @@ void MemoryBlock::give_back(VkDeviceSize offset, VkDeviceSize size) {
     }
 }
 
-MemoryRange MemoryBlocks::take(VkDevice device, const std::string& name,
-                               const VkMemoryRequirements& needs, std::uint32_t type,
-                               bool is_mapped) {
-    if (needs.size > kSmallBytes) {
-        auto own = std::make_shared<MemoryBlock>(device, name, needs.size, type, is_mapped);
-        own->take(needs.size, 1);
-        return {std::move(own), 0, needs.size};
-    }
+std::unique_ptr<const MemoryRange> MemoryBlocks::take(VkDevice device, const std::string& name,
+                                                      const VkMemoryRequirements& needs,
+                                                      std::uint32_t type, bool is_mapped) {
+    const auto take_from = [&](std::shared_ptr<MemoryBlock> block) {
+        const VkDeviceSize offset = block->take(needs.size, needs.alignment);
+        return std::unique_ptr<const MemoryRange>(
+            offset == MemoryBlock::kNoSpace
+                ? nullptr
+                : new MemoryRange{std::move(block), offset, needs.size});
+    };
+    if (needs.size > kSmallBytes)
+        return take_from(std::make_shared<MemoryBlock>(device, name, needs.size, type, is_mapped));
     const std::scoped_lock lock(mutex_);
     std::erase_if(blocks_, [](const auto& block) { return block.expired(); });
     for (const std::weak_ptr<MemoryBlock>& candidate : blocks_) {
-        std::shared_ptr<MemoryBlock> block = candidate.lock();
+        const std::shared_ptr<MemoryBlock> block = candidate.lock();
         if (block == nullptr || block->type() != type || block->mapped().empty() == is_mapped)
             continue;
-        const VkDeviceSize offset = block->take(needs.size, needs.alignment);
-        if (offset != MemoryBlock::kNoSpace) return {std::move(block), offset, needs.size};
+        if (auto range = take_from(block)) return range;
     }
     auto block = std::make_shared<MemoryBlock>(device, name, kBlockBytes, type, is_mapped);
     blocks_.push_back(block);
-    const VkDeviceSize offset = block->take(needs.size, needs.alignment);
-    return {std::move(block), offset, needs.size};
+    return take_from(std::move(block));
 }
 
 MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
@@ -152,9 +153,9 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
     const bool is_staged = memory == Memory::kDevice && device.force_staging();
     const bool is_mapped = choice.is_mapped && !is_staged;
     memory_ = device.memory().take(device.get(), name, needs, choice.type, is_mapped);
-    check(vkBindBufferMemory(device.get(), buffer_.get(), memory_.block().get(), memory_.offset()),
+    check(vkBindBufferMemory(device.get(), buffer_.get(), memory_->block->get(), memory_->offset),
           "bind a buffer");
-    if (is_mapped) mapped_ = memory_.block().mapped().subspan(memory_.offset(), size_);
+    if (is_mapped) mapped_ = memory_->block->mapped().subspan(memory_->offset, size_);
 }
 
 ReadBuffer::ReadBuffer(Device& device, BufferKind kind, const char* name, VkDeviceSize size,

@@ -48,42 +48,22 @@ private:
     std::size_t range_count_ = 0;
 };
 
-/// Owns bytes of a block.
-class MemoryRange {
-public:
-    MemoryRange() = default;
-    MemoryRange(std::shared_ptr<MemoryBlock> block, VkDeviceSize offset, VkDeviceSize size)
-        : block_(std::move(block)), offset_(offset), size_(size) {}
-    MemoryRange(MemoryRange&& other) noexcept { swap(other); }
-    MemoryRange& operator=(MemoryRange&& other) noexcept {
-        swap(other);
-        return *this;
-    }
-    ~MemoryRange() {
-        if (block_ != nullptr) block_->give_back(offset_, size_);
-    }
+/// Bytes of a block, which it gives back at its end.
+struct MemoryRange {
+    std::shared_ptr<MemoryBlock> block;
+    VkDeviceSize offset;
+    VkDeviceSize size;
 
-    const MemoryBlock& block() const { return *block_; }
-    VkDeviceSize offset() const { return offset_; }
-
-private:
-    void swap(MemoryRange& other) {
-        std::swap(block_, other.block_);
-        std::swap(offset_, other.offset_);
-        std::swap(size_, other.size_);
-    }
-
-    std::shared_ptr<MemoryBlock> block_;
-    VkDeviceSize offset_ = 0;
-    VkDeviceSize size_ = 0;
+    ~MemoryRange() { block->give_back(offset, size); }
 };
 
 /// Small buffers share a block, since some devices allow 4,096 allocations. Threads may share it.
 class MemoryBlocks {
 public:
     /// Allocates memory for a buffer `name`. Throws Error(kLimit) if there is not enough.
-    MemoryRange take(VkDevice device, const std::string& name, const VkMemoryRequirements& needs,
-                     std::uint32_t type, bool is_mapped);
+    std::unique_ptr<const MemoryRange> take(VkDevice device, const std::string& name,
+                                            const VkMemoryRequirements& needs, std::uint32_t type,
+                                            bool is_mapped);
 
 private:
     std::mutex mutex_;
@@ -119,7 +99,7 @@ public:
     std::span<std::byte> mapped() const { return mapped_; }
 
 private:
-    MemoryRange memory_;
+    std::unique_ptr<const MemoryRange> memory_;
     UniqueBuffer buffer_;
     VkDeviceSize size_ = 0;
     std::span<std::byte> mapped_;

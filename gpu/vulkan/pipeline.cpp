@@ -25,17 +25,12 @@ enum StorageClass : std::uint32_t { kUniformConstant = 0, kUniform = 2, kStorage
 using Types = std::map<std::uint32_t, SpirvInstruction>;
 
 /// `usamplerBuffer` and `uimageBuffer` of GLSL.
-VkDescriptorType opaque_type(const Types& types, std::uint32_t id) {
+VkDescriptorType opaque_type(Types& types, std::uint32_t id) {
     constexpr std::uint32_t kBuffer = 5;
     constexpr std::uint32_t kSampledImage = 1;
-    const auto type_of = [&](std::uint32_t type) -> const SpirvInstruction& {
-        const auto found = types.find(type);
-        if (found == types.end()) refuse("a resource that is not a buffer");
-        return found->second;
-    };
-    const SpirvInstruction& type = type_of(id);
+    const SpirvInstruction& type = types[id];
     const SpirvInstruction& image =
-        type.opcode == kTypeSampledImage ? type_of(type.operands[1]) : type;
+        type.opcode == kTypeSampledImage ? types[type.operands[1]] : type;
     if (image.opcode != kTypeImage || image.operands[2] != kBuffer)
         refuse("a resource that is not a buffer");
     return image.operands[6] == kSampledImage ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
@@ -83,53 +78,45 @@ std::vector<ShaderBinding> shader_bindings(std::span<const std::uint32_t> words)
     return bindings;
 }
 
-namespace {
-
-UniqueDescriptorSetLayout create_set_layout(VkDevice device, std::span<const ShaderBinding> used) {
+Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
+                   std::span<const std::uint32_t> specialisation)
+    : bindings_(shader_bindings(spirv)) {
     std::vector<VkDescriptorSetLayoutBinding> bindings;
-    for (const ShaderBinding& b : used) {
-        bindings.push_back({
-            .binding = b.number,
-            .descriptorType = b.type,
-            .descriptorCount = 1,
-            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-        });
+    for (const auto& [number, type] : bindings_) {
+        bindings.push_back({.binding = number,
+                            .descriptorType = type,
+                            .descriptorCount = 1,
+                            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT});
     }
-    const VkDescriptorSetLayoutCreateInfo info = {
+    const VkDescriptorSetLayoutCreateInfo set_info = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
         .bindingCount = static_cast<std::uint32_t>(bindings.size()),
         .pBindings = bindings.data(),
     };
-    return {device, vkCreateDescriptorSetLayout, info, "create a set layout"};
-}
+    set_layout_ = {device.get(), vkCreateDescriptorSetLayout, set_info, "create a set layout"};
 
-UniquePipelineLayout create_layout(VkDevice device, VkDescriptorSetLayout set_layout) {
-    const VkPushConstantRange range = {
-        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .offset = 0, .size = kMostArgumentBytes};
-    const VkPipelineLayoutCreateInfo info = {
+    const VkDescriptorSetLayout set_layout = set_layout_.get();
+    const VkPushConstantRange arguments = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                                           .size = kMostArgumentBytes};
+    const VkPipelineLayoutCreateInfo layout_info = {
         .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
         .setLayoutCount = 1,
         .pSetLayouts = &set_layout,
         .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
+        .pPushConstantRanges = &arguments,
     };
-    return {device, vkCreatePipelineLayout, info, "create a pipeline layout"};
-}
+    layout_ = {device.get(), vkCreatePipelineLayout, layout_info, "create a pipeline layout"};
 
-UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
-                               std::span<const std::uint32_t> spirv,
-                               std::span<const std::uint32_t> specialisation) {
     const VkShaderModuleCreateInfo module_info = {
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
         .codeSize = spirv.size_bytes(),
         .pCode = spirv.data(),
     };
-    const UniqueShaderModule module(device, vkCreateShaderModule, module_info,
+    const UniqueShaderModule module(device.get(), vkCreateShaderModule, module_info,
                                     "create a shader module");
     std::vector<VkSpecializationMapEntry> entries;
-    for (std::uint32_t i = 0; i < specialisation.size(); ++i) {
+    for (std::uint32_t i = 0; i < specialisation.size(); ++i)
         entries.push_back({.constantID = i, .offset = 4 * i, .size = 4});
-    }
     const VkSpecializationInfo constants = {
         .mapEntryCount = static_cast<std::uint32_t>(entries.size()),
         .pMapEntries = entries.data(),
@@ -143,52 +130,35 @@ UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
                   .module = module.get(),
                   .pName = "main",
                   .pSpecializationInfo = &constants},
-        .layout = layout,
+        .layout = layout_.get(),
     };
     VkPipeline pipeline = VK_NULL_HANDLE;
-    check(vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
+    check(vkCreateComputePipelines(device.get(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
           "create a compute pipeline");
-    return {device, pipeline};
+    pipeline_ = {device.get(), pipeline};
 }
 
-UniqueDescriptorPool create_descriptor_pool(VkDevice device, std::span<const ShaderBinding> used) {
+BoundPipeline::BoundPipeline(Device& device, Pipeline& pipeline)
+    : device_(device.get()), pipeline_(&pipeline) {
     std::vector<VkDescriptorPoolSize> sizes;
-    for (const ShaderBinding& b : used) sizes.push_back({.type = b.type, .descriptorCount = 1});
-    const VkDescriptorPoolCreateInfo info = {
+    for (const auto& [number, type] : pipeline.bindings())
+        sizes.push_back({.type = type, .descriptorCount = 1});
+    const VkDescriptorPoolCreateInfo pool = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
         .maxSets = 1,
         .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
         .pPoolSizes = sizes.data(),
     };
-    return {device, vkCreateDescriptorPool, info, "create a descriptor pool"};
-}
-
-VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescriptorSetLayout layout) {
-    const VkDescriptorSetAllocateInfo info = {
+    pool_ = {device_, vkCreateDescriptorPool, pool, "create a descriptor pool"};
+    const VkDescriptorSetLayout layout = pipeline.set_layout();
+    const VkDescriptorSetAllocateInfo set = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-        .descriptorPool = pool,
+        .descriptorPool = pool_.get(),
         .descriptorSetCount = 1,
         .pSetLayouts = &layout,
     };
-    VkDescriptorSet set = VK_NULL_HANDLE;
-    check(vkAllocateDescriptorSets(device, &info, &set), "allocate a descriptor set");
-    return set;
+    check(vkAllocateDescriptorSets(device_, &set, &set_), "allocate a descriptor set");
 }
-
-}  // namespace
-
-Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
-                   std::span<const std::uint32_t> specialisation)
-    : bindings_(shader_bindings(spirv)),
-      set_layout_(create_set_layout(device.get(), bindings_)),
-      layout_(create_layout(device.get(), set_layout_.get())),
-      pipeline_(create_pipeline(device.get(), layout_.get(), spirv, specialisation)) {}
-
-BoundPipeline::BoundPipeline(Device& device, Pipeline& pipeline)
-    : device_(device.get()),
-      pipeline_(&pipeline),
-      pool_(create_descriptor_pool(device_, pipeline.bindings())),
-      set_(allocate_set(device_, pool_.get(), pipeline.set_layout())) {}
 
 void BoundPipeline::bind(const Bindings& bindings) {
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};

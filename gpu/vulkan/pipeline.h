@@ -16,7 +16,7 @@
 namespace mray::gpu {
 
 struct SpirvInstruction {
-    std::uint32_t opcode;
+    std::uint32_t opcode = 0;
     /// Without the first word, which holds the opcode.
     std::span<const std::uint32_t> operands;
 };
@@ -83,7 +83,7 @@ private:
     VkDevice device_;
     Pipeline* pipeline_;
     UniqueDescriptorPool pool_;
-    VkDescriptorSet set_;
+    VkDescriptorSet set_ = VK_NULL_HANDLE;
 };
 
 /// The pipelines of a device, each compiled once, at its first use. Threads may share it.
