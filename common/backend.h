@@ -1,5 +1,4 @@
-// The seam between the program and its tracers. It is crossed once per image, batch or refit, never
-// per ray.
+// The seam between the program and its tracers, crossed once per image, batch or refit.
 #pragma once
 
 #include <cstdint>
@@ -50,9 +49,8 @@ struct BackendInfo {
     bool is_on_processor = true;
     /// Whether threads may call trace(), trace_stored() and query() at the same time.
     bool answers_threads = false;
-    /// The first estimate of the time that a visit of a node costs, as policies count it. With
-    /// trees that are only refitted, packets of camera rays had 0.0002 (shuffle) to 0.0007 (orbits)
-    /// on the CPU, 0.0015 to 0.003 on lavapipe.
+    /// UpdateConfig::first_per_visit: on refitted trees packets of camera rays had 0.0002 (shuffle)
+    /// to 0.0007 (orbits) on the CPU, 0.0015 to 0.003 on lavapipe.
     double trace_per_visit = 0.0005;
 };
 
@@ -84,27 +82,24 @@ public:
     virtual void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) = 0;
     /// Takes new positions and a tree over them, refitted or built elsewhere.
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
-    /// Takes new positions and refits the tree to them. Vertices outside of `changed` (ascending
-    /// ranges) are where they were. A device may leave the refit to the next call that needs the
-    /// tree. Returns the number of leaves that it writes: 0 if no vertex moved and the extent is
-    /// kMoved.
+    /// Takes new positions, which outside of `changed` (ascending ranges) are the old ones, and
+    /// refits the tree. A device may leave that to the next call that needs the tree. Returns the
+    /// number of leaves that are written: 0 if no vertex moved and the extent is kMoved.
     virtual std::uint64_t refit(std::span<const vec3> positions,
                                 RefitExtent extent = RefitExtent::kMoved,
                                 std::span<const IndexRange> changed = kAllIndices) = 0;
 
-    /// The nodes of the tree at the current positions. Valid until the next call but finish().
+    /// The nodes of the tree at the current positions; valid until the next call but finish().
     virtual std::span<const Node> nodes() = 0;
-    /// The tree at the current positions. A device reads it back once a pose. Valid until positions
-    /// or tree change; threads may read it.
+    /// The tree at the current positions, valid until these or the tree change; threads may read
+    /// it.
     virtual const Bvh& host_tree() = 0;
     virtual void read_tree(Bvh& bvh) = 0;
-    /// Lets `edit` change the tree at the current positions. The result must be a tree over the
-    /// same triangles whose boxes and vertices belong to these positions. `edit` runs in the
-    /// backend's threads, if it has some.
+    /// Lets `edit` change the tree, in the backend's threads, if it has some. The result must be a
+    /// tree over the same triangles at the current positions.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
-    /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the watch of
-    /// watch_images() asks for it.
+    /// When the watch of watch_images() cancels it, the frame has any pixels.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
     void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Answers rays. A small batch is traced in the calling thread, if threads may call.
@@ -116,8 +111,7 @@ public:
     /// Answers queries about all triangles, in the calling thread.
     virtual void query(const QueryBatch& batch) = 0;
 
-    /// Finishes a refit that is left to be done, and returns the times. Those of trace() are there
-    /// where threads may not call it.
+    /// Finishes a deferred refit, and returns the times, of trace() where no threads may call it.
     virtual const BackendTimes& finish() = 0;
 
 protected:

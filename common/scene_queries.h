@@ -36,12 +36,6 @@ struct HitLists {
     /// For each ray, the hits that are listed, and all that there are, with kTouchesBorder.
     std::vector<std::uint32_t> listed;
     std::vector<std::uint64_t> total;
-
-    void clear() {
-        hits.clear();
-        listed.clear();
-        total.clear();
-    }
 };
 
 /// Crossings of the half-line along +z that floats can decide (common/interop/winding_rule.h).
@@ -72,9 +66,9 @@ struct ClosestTriangle {
     bool operator==(const ClosestTriangle&) const = default;
 };
 
-// The queries of a batch, in scene space. Spans of a query have one size. Points are finite; those
-// of ClosestQuery are within kOriginExtent. A watch is asked before each ray and
-// point on the CPU, and before each hit of lists on a device: Error(kCancelled) leaves any answers.
+// The queries of a batch, in scene space. Spans of a query have one size. Points are finite, those
+// of ClosestQuery within kOriginExtent. A watch can cancel before each ray and point on the CPU,
+// and before each hit of lists on a device: Error(kCancelled) leaves any answers.
 
 /// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {

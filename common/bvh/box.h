@@ -32,8 +32,7 @@ struct Box {
     bool operator==(const Box&) const = default;
 };
 
-/// The box that a slot has for a leaf whose vertices have these bounds: the slab test relies on its
-/// pad. An empty box stays as it is.
+/// The box of a slot whose leaf's vertices have these bounds: the slab test relies on its pad.
 inline Box padded(const Box& bounds) {
     if (bounds.empty()) return bounds;
     const float extent = largest_extent(bounds.lower, bounds.upper);
@@ -70,6 +69,14 @@ inline void set_slot_box(Node& node, std::uint32_t slot, const Box& box) {
     node.upper_x[slot] = box.upper.x;
     node.upper_y[slot] = box.upper.y;
     node.upper_z[slot] = box.upper.z;
+}
+
+/// Makes the slots from `slot` on empty.
+inline void clear_slots(Node& node, std::uint32_t slot) {
+    for (; slot < kWidth; ++slot) {
+        set_slot_box(node, slot, Box());
+        node.child[slot] = kEmptyChild;
+    }
 }
 
 /// The union of a node's slots.

@@ -13,14 +13,11 @@ std::uint64_t bvh_hash(const Bvh& bvh) {
 
 void add_repeated(Bvh& bvh, std::vector<RepeatedTriangle> more) {
     if (more.empty()) return;
-    const auto by_prim = [](const RepeatedTriangle& a, const RepeatedTriangle& b) {
-        return a.prim_id < b.prim_id;
-    };
-    std::sort(more.begin(), more.end(), by_prim);
+    std::ranges::sort(more, {}, &RepeatedTriangle::prim_id);
     // A triangle that stood for others may have another one stand for it now.
     for (RepeatedTriangle& old : bvh.repeated) {
         const auto found =
-            std::lower_bound(more.begin(), more.end(), RepeatedTriangle{0, old.first}, by_prim);
+            std::ranges::lower_bound(more, old.first, {}, &RepeatedTriangle::prim_id);
         if (found != more.end() && found->prim_id == old.first) old.first = found->first;
     }
     bvh.repeated.insert(bvh.repeated.end(), more.begin(), more.end());
@@ -39,20 +36,20 @@ BvhStats bvh_stats(const Bvh& bvh) {
     std::uint64_t triangles = 0;
     std::uint64_t vertices = 0;
     for (const Node& node : bvh.nodes) {
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
             ++children;
             const double area = half_area(slot_box(node, slot));
-            if ((node.child[slot] & kLeafBit) == 0) {
+            if (!is_leaf(child)) {
                 area_sum += area;
-                continue;
+                return;
             }
-            const std::uint32_t leaf = node.child[slot] & ~kLeafBit;
+            const std::uint32_t leaf = leaf_of(child);
             const std::uint32_t count = corner_triangle_count(bvh.leaves[leaf].vertex[0].corners);
             area_sum += area * count;
             triangles += count;
             const auto first = bvh.leaf_vertices.begin() + std::ptrdiff_t{leaf} * kLeafVertices;
             vertices += std::set<std::uint32_t>(first, first + kLeafVertices).size();
-        }
+        });
     }
     stats.sah_cost = root_area > 0 ? area_sum / root_area : 0;
     stats.children_per_node = static_cast<double>(children) / stats.node_count;

@@ -21,8 +21,7 @@ struct RepeatedTriangle {
 };
 
 /// nodes[0] is the root, present even for no triangles. Nodes are in breadth-first order: level l
-/// is nodes[level_begin[l] .. level_begin[l + 1]), and depth() levels exist. Leaves are in the
-/// order in which a breadth-first walk meets them.
+/// is nodes[level_begin[l] .. level_begin[l + 1]). A build puts leaves in breadth-first order, too.
 struct Bvh {
     AlignedVector<Node> nodes;
     AlignedVector<Leaf> leaves;
@@ -41,6 +40,16 @@ struct Bvh {
 
 inline constexpr std::uint32_t kNoParent = 0xFFFFFFFFu;
 
+inline bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
+inline std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
+
+/// Calls use(slot, child) for each child entry of a node.
+template <class Use>
+void for_each_child(const Node& node, Use use) {
+    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
+        use(slot, node.child[slot]);
+}
+
 /// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
 inline constexpr double kLeafCost = 12;
 
@@ -51,9 +60,6 @@ inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTria
         repeated.begin(), repeated.end(), RepeatedTriangle{first, 0},
         [](const RepeatedTriangle& a, const RepeatedTriangle& b) { return a.first < b.first; });
     return {begin, end};
-}
-inline std::span<const RepeatedTriangle> repeats_of(const Bvh& bvh, std::uint32_t first) {
-    return repeats_of(std::span(bvh.repeated), first);
 }
 
 /// Adds triangles to those that a tree has in no leaf.

@@ -1,5 +1,7 @@
 #include "common/bvh/exact_closest.h"
 
+#include <gmpxx.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -10,28 +12,352 @@
 #include <glm/geometric.hpp>
 
 #include "common/bvh/box.h"
-#include "common/bvh/triangle_distance.h"
 #include "common/interop/hit_rule.h"
 
 namespace mray {
 namespace {
 
+// Bounds of the errors of a dozen roundings, by the largest number in them.
+constexpr double kDistanceRounding = 0x1p-49;
+
+/// Bounds of |p - q|^2 - |p - r|^2.
+struct Difference {
+    double value;
+    double error;
+
+    double least() const { return value - error; }
+    double most() const { return value + error; }
+};
+/// As p and r are given; q is off by up to `blur` on each axis.
+Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blur) {
+    Difference result{0, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double across = r[axis] - q[axis];
+        const double from_q = p[axis] - q[axis];
+        const double from_r = p[axis] - r[axis];
+        const double size = std::abs(from_q) + std::abs(from_r);
+        result.value += across * (from_q + from_r);
+        result.error += (kDistanceRounding * std::abs(across) + 2 * blur + 0x1p-90 * size) * size;
+    }
+    result.error += 3 * blur * blur;
+    return result;
+}
+
+/// The closest place of a triangle in doubles.
+struct DoublePlace {
+    ExactPlace place;
+    /// True if exact numbers give 0 for the same weights.
+    bool is_certain = false;
+};
+
+/// A bound of the error of a corner's weight: `size` is its distance from the line through the
+/// others, and `far` at least that of the point from any corner.
+double weight_error(double far, double size) { return kDistanceRounding * far / size; }
+
+/// The place inside the triangle, if p is over the inside; sets `is_certain` by whether that is
+/// known. Weights are found along the longest edge and across it, as in triangle_distance2().
+bool is_inside(const dvec3& p, const std::array<dvec3, 3>& x, DoublePlace& inside) {
+    int first = 0;
+    double longest2 = -1;
+    for (int i = 0; i < 3; ++i) {
+        const dvec3 edge = x[(i + 1) % 3] - x[i];
+        const double length2 = dot(edge, edge);
+        if (length2 > longest2) {
+            longest2 = length2;
+            first = i;
+        }
+    }
+    const int second = (first + 1) % 3;
+    const int third = (first + 2) % 3;
+    const dvec3 e = x[second] - x[first];
+    const dvec3 f = x[third] - x[first];
+    const dvec3 t = p - x[first];
+    const double r_along = dot(f, e) / longest2;
+    const dvec3 height = f - e * r_along;
+    const double height2 = dot(height, height);
+    const double along = dot(t, e) / longest2;
+    const double of_r = dot(t - e * along, height) / height2;
+    const double of_q = along - of_r * r_along;
+    const double of_p = 1 - of_q - of_r;
+    const double far = length(t) + std::sqrt(longest2) * (1 + std::abs(of_r));
+    const double error = weight_error(far, std::sqrt(height2));
+    const double least = std::min({of_p, of_q, of_r});
+    // False for numbers that are not finite.
+    inside.is_certain = std::abs(least) > error;
+    inside.place.weights[static_cast<std::size_t>(first)] = of_p;
+    inside.place.weights[static_cast<std::size_t>(second)] = of_q;
+    inside.place.weights[static_cast<std::size_t>(third)] = of_r;
+    inside.place.point = x[first] + e * of_q + f * of_r;
+    return inside.is_certain && least > 0;
+}
+
+DoublePlace place_on_edge(const dvec3& p, const std::array<dvec3, 3>& x, int i) {
+    const int j = (i + 1) % 3;
+    const dvec3 e = x[j] - x[i];
+    const dvec3 t = p - x[i];
+    const double length2 = dot(e, e);
+    const double at = length2 > 0 ? dot(t, e) / length2 : 0;
+    const double size = std::sqrt(length2);
+    const double s = std::clamp(at, 0.0, 1.0);
+    DoublePlace on_edge;
+    on_edge.is_certain =
+        std::min(std::abs(at), std::abs(1 - at)) > weight_error(length(t) + size, size);
+    on_edge.place.weights = {};
+    on_edge.place.weights[static_cast<std::size_t>(i)] = 1 - s;
+    on_edge.place.weights[static_cast<std::size_t>(j)] = s;
+    on_edge.place.point = s == 1 ? x[j] : x[i] + e * s;
+    return on_edge;
+}
+
+/// The most by which a coordinate of a place in doubles differs from the exact one.
+double blur_of(const Corners& corners) {
+    double largest = 0;
+    for (const vec3& corner : corners)
+        for (int axis = 0; axis < 3; ++axis)
+            largest = std::max(largest, static_cast<double>(std::abs(corner[axis])));
+    return kDistanceRounding * largest;
+}
+
+/// Corners that have a part in a place, others as the first of them, in order.
+using Feature = std::array<std::array<float, 3>, 3>;
+
+Feature feature_of(const Corners& corners, const std::array<double, 3>& weights) {
+    Feature feature = {};
+    std::size_t first = 0;
+    while (weights[first] == 0) ++first;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const vec3& corner = corners[weights[i] != 0 ? i : first];
+        feature[i] = {corner.x, corner.y, corner.z};
+    }
+    std::sort(feature.begin(), feature.end());
+    // Two of a vertex or three: one thing.
+    if (feature[0] == feature[1]) feature[1] = feature[2];
+    return feature;
+}
+
+/// Finds the place on a triangle that is the closest one to p. Squared distances are compared after
+/// that of the nearby point r is subtracted, which keeps their digits.
+DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners) {
+    const std::array<dvec3, 3> x = {dvec3(corners[0]), dvec3(corners[1]), dvec3(corners[2])};
+    DoublePlace inside;
+    if (is_inside(p, x, inside)) return inside;
+    const double blur = blur_of(corners);
+    DoublePlace edges[3];
+    Difference distances[3];
+    int nearest = 0;
+    for (int i = 0; i < 3; ++i) {
+        edges[i] = place_on_edge(p, x, i);
+        distances[i] = difference(p, r, edges[i].place.point, blur);
+        if (distances[i].value < distances[nearest].value) nearest = i;
+    }
+    bool is_certain = inside.is_certain;
+    for (int i = 0; i < 3; ++i) {
+        if (distances[i].least() > distances[nearest].most()) continue;
+        is_certain &= edges[i].is_certain &&
+                      (i == nearest || feature_of(corners, edges[i].place.weights) ==
+                                           feature_of(corners, edges[nearest].place.weights));
+    }
+    edges[nearest].is_certain = is_certain;
+    return edges[nearest];
+}
+
+/// The closest place of a triangle in integers of any length.
+struct ExactDistance {
+    mpq_class distance2;
+    /// The barycentric weights of the corners, times a common factor.
+    std::array<mpz_class, 3> weights;
+};
+
+/// A vector in units of a power of two in which all coordinates are whole.
+struct WholeVector {
+    mpz_class x;
+    mpz_class y;
+    mpz_class z;
+};
+
+WholeVector operator-(const WholeVector& a, const WholeVector& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+mpz_class dot(const WholeVector& a, const WholeVector& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+WholeVector cross(const WholeVector& a, const WholeVector& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Makes numbers whole that are multiples of 2^-digits.
+class Unit {
+public:
+    Unit(const dvec3& p, const Corners& corners) {
+        extend(p);
+        for (const vec3& corner : corners) extend(corner);
+    }
+
+    WholeVector operator()(const dvec3& v) const { return {whole(v.x), whole(v.y), whole(v.z)}; }
+    /// The square of a length in this unit, in squares of 1.
+    mpq_class square(mpq_class length2) const {
+        mpq_div_2exp(length2.get_mpq_t(), length2.get_mpq_t(), 2 * digits_);
+        return length2;
+    }
+
+private:
+    void extend(const dvec3& v) {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (v[axis] == 0) continue;
+            const int digits = 52 - std::ilogb(v[axis]);
+            digits_ = std::max(digits_, static_cast<mp_bitcnt_t>(std::max(digits, 0)));
+        }
+    }
+    mpz_class whole(double x) const {
+        int exponent = 0;
+        mpz_class z(std::ldexp(std::frexp(x, &exponent), 53));
+        const int shift = exponent - 53 + static_cast<int>(digits_);
+        mpz_mul_2exp(z.get_mpz_t(), z.get_mpz_t(), static_cast<mp_bitcnt_t>(std::max(shift, 0)));
+        return z;
+    }
+
+    mp_bitcnt_t digits_ = 0;
+};
+
+ExactDistance exact_distance(const dvec3& p, const Corners& corners) {
+    const Unit unit(p, corners);
+    const WholeVector q = unit(p);
+    const WholeVector x[3] = {unit(corners[0]), unit(corners[1]), unit(corners[2])};
+    const WholeVector t[3] = {q - x[0], q - x[1], q - x[2]};
+    const WholeVector normal = cross(x[1] - x[0], x[2] - x[0]);
+    ExactDistance inside;
+    bool is_inside = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+        inside.weights[i] = dot(normal, cross(t[(i + 1) % 3], t[(i + 2) % 3]));
+        is_inside &= inside.weights[i] > 0;
+    }
+    if (is_inside) {
+        const mpz_class height = dot(normal, t[0]);
+        inside.distance2 = unit.square(mpq_class(height * height, dot(normal, normal)));
+        inside.distance2.canonicalize();
+        return inside;
+    }
+    ExactDistance nearest;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        const WholeVector e = x[j] - x[i];
+        const mpz_class length2 = dot(e, e);
+        const mpz_class along = dot(t[i], e);
+        ExactDistance edge;
+        if (along <= 0) {
+            edge.weights[i] = 1;
+            edge.distance2 = dot(t[i], t[i]);
+        } else if (along >= length2) {
+            edge.weights[j] = 1;
+            edge.distance2 = dot(t[j], t[j]);
+        } else {
+            edge.weights[i] = length2 - along;
+            edge.weights[j] = along;
+            edge.distance2 = mpq_class(dot(t[i], t[i]) * length2 - along * along, length2);
+            edge.distance2.canonicalize();
+        }
+        edge.distance2 = unit.square(edge.distance2);
+        if (i == 0 || edge.distance2 < nearest.distance2) nearest = edge;
+    }
+    return nearest;
+}
+
 /// The closest triangle to a point among some, the lowest prim_id of equally close ones.
 class ClosestChoice {
 public:
-    ClosestChoice(const dvec3& p, vec3 lower, vec3 upper);
+    ClosestChoice(const dvec3& p, vec3 lower, vec3 upper)
+        : p_(p), reference_(glm::clamp(p, dvec3(lower), dvec3(upper))) {
+        set_middle(reference_);
+    }
 
     /// A lower bound, by which boxes may be visited in order.
-    double least(vec3 lower, vec3 upper) const;
+    double least(vec3 lower, vec3 upper) const {
+        return difference(p_, reference_, glm::clamp(p_, dvec3(lower), dvec3(upper)), 0).least();
+    }
+
     bool is_open(double least) const { return least <= most_; }
+
     /// Calls use(slot) for the children of a node whose boxes plain distances leave open.
     template <class Use>
-    void for_each_open(const Node& node, Use use) const;
-    /// Adds a triangle.
-    void add(const NumberedTriangle& triangle);
-    void add(const Leaf& leaf);
+    void for_each_open(const Node& node, Use use) const {
+        std::array<double, kWidth> distance2;
+        // By value: a compiler makes vectors of this.
+        const auto larger = [](double a, double b) { return a > b ? a : b; };
+        const auto beyond = [&](double lower, double upper, double p) {
+            return larger(larger(lower - p, p - upper), 0.0);
+        };
+        for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+            const double x = beyond(node.lower_x[slot], node.upper_x[slot], p_.x);
+            const double y = beyond(node.lower_y[slot], node.upper_y[slot], p_.y);
+            const double z = beyond(node.lower_z[slot], node.upper_z[slot], p_.z);
+            distance2[slot] = x * x + y * y + z * z;
+        }
+        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
+            if (distance2[slot] <= plain_most_) use(slot);
+    }
+
+    void add(const Leaf& leaf) {
+        std::array<double, kLeafVertices> least;
+        for (std::uint32_t i = 0; i < kLeafVertices; ++i)
+            least[i] = least_from_middle(leaf.vertex[i]);
+        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+        for (std::uint32_t slot = 0; slot < count; ++slot) {
+            const std::uint32_t packed = leaf.vertex[slot].corners;
+            if (!is_open(least[corner(packed, 0)]) && !is_open(least[corner(packed, 1)]) &&
+                !is_open(least[corner(packed, 2)]))
+                continue;
+            add(triangle_of(leaf, slot));
+        }
+    }
+
+    void add(const NumberedTriangle& triangle) {
+        const Corners& corners = triangle.corners;
+        if (!finite_vertices(corners[0], corners[1], corners[2])) return;
+        Box box;
+        for (const vec3& corner : corners) box.extend(corner);
+        double bound = least(box.lower, box.upper);
+        if (!is_open(bound)) return;
+        const DoublePlace found = place_in_doubles(p_, reference_, corners);
+        const Difference distance = difference(p_, reference_, found.place.point, blur_of(corners));
+        if (found.is_certain) bound = distance.least();
+        if (!is_open(bound)) return;
+        if (distance.most() < most_) {
+            most_ = distance.most();
+            set_middle(found.place.point);
+            // The middle is off by less than the second term.
+            const double most = glm::length(to_p_) + 0x1p-28;
+            plain_most_ = most * most * (1 + 0x1p-40);
+        }
+        candidates_.push_back({bound, triangle, found.is_certain, found.place.weights});
+    }
+
     /// Ends the choice; kNoPrim if none was added.
-    NumberedTriangle closest();
+    NumberedTriangle closest() {
+        std::erase_if(candidates_,
+                      [&](const auto& candidate) { return !is_open(candidate.least); });
+        std::ranges::sort(candidates_, {},
+                          [](const auto& candidate) { return candidate.triangle.prim_id; });
+        // Triangles that meet in the place are equally close: the first of them stands for all.
+        std::vector<Feature> known;
+        std::erase_if(candidates_, [&](const Candidate& candidate) {
+            if (!candidate.is_certain) return false;
+            const Feature feature = feature_of(candidate.triangle.corners, candidate.weights);
+            if (std::ranges::find(known, feature) != known.end()) return true;
+            known.push_back(feature);
+            return false;
+        });
+        if (candidates_.empty()) return {kNoPrim, {}};
+        const Candidate* closest = &candidates_.front();
+        if (candidates_.size() == 1) return closest->triangle;
+        mpq_class distance2;
+        for (const Candidate& candidate : candidates_) {
+            const mpq_class own2 = exact_distance(p_, candidate.triangle.corners).distance2;
+            if (&candidate != &candidates_.front() && own2 >= distance2) continue;
+            closest = &candidate;
+            distance2 = own2;
+        }
+        return closest->triangle;
+    }
 
 private:
     struct Candidate {
@@ -41,8 +367,20 @@ private:
         std::array<double, 3> weights;
     };
 
-    void set_middle(const dvec3& middle);
-    double least_from_middle(const LeafVertex& x) const;
+    void set_middle(const dvec3& middle) {
+        middle_ = middle;
+        to_p_ = p_ - middle;
+        least_of_middle_ = difference(p_, reference_, middle, 0).least();
+    }
+
+    /// A lower bound of a place x, and for the least corner of a triangle, linear in x: for the
+    /// middle m, |p - x|^2 = |p - m|^2 + 2 (p - m).(m - x) + |m - x|^2.
+    double least_from_middle(const LeafVertex& x) const {
+        const dvec3 part = 2.0 * to_p_ * (middle_ - dvec3(x.x, x.y, x.z));
+        const double size = std::abs(part.x) + std::abs(part.y) + std::abs(part.z);
+        return least_of_middle_ +
+               (part.x + part.y + part.z - kDistanceRounding * (size + std::abs(least_of_middle_)));
+    }
 
     dvec3 p_;
     /// Bounds are relative to the squared distance of this place, which keeps their digits.
@@ -58,15 +396,6 @@ private:
 };
 
 }  // namespace
-
-NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot) {
-    NumberedTriangle triangle{leaf.prim_id[slot], {}};
-    for (uint i = 0; i < 3; ++i) {
-        const LeafVertex& vertex = leaf.vertex[corner(leaf.vertex[slot].corners, i)];
-        triangle.corners[i] = {vertex.x, vertex.y, vertex.z};
-    }
-    return triangle;
-}
 
 ExactPlace exact_place(const dvec3& p, const Corners& corners) {
     const DoublePlace found = place_in_doubles(p, dvec3(corners[0]), corners);
@@ -88,107 +417,38 @@ double exact_distance_of(const dvec3& p, const Corners& corners) {
     return std::sqrt(std::max(distance2.get_d(), most_tiny));
 }
 
-ClosestChoice::ClosestChoice(const dvec3& p, vec3 lower, vec3 upper)
-    : p_(p), reference_(glm::clamp(p, dvec3(lower), dvec3(upper))) {
-    set_middle(reference_);
+double distance_in_doubles(const dvec3& p, const Corners& corners,
+                           const std::array<double, 3>& weights) {
+    // Differences are relative to a corner of the place, so errors are parts of the way from there.
+    std::array<dvec3, 3> x;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        if (weights[i] != 0) x[count++] = dvec3(corners[i]);
+    const dvec3 t = p - x[0];
+    if (count == 1) return length(t);
+    const dvec3 e = x[1] - x[0];
+    const dvec3 f = count == 2 ? t : x[2] - x[0];
+    const dvec3 normal = glm::cross(e, f);
+    const double normal2 = dot(normal, normal);
+    const double product2 = dot(e, e) * dot(f, f);
+    // The cross product is off by at most kDistanceRounding |e| |f|.
+    if (count == 2) return product2 <= 0x1p+50 * normal2 ? std::sqrt(normal2 / dot(e, e)) : 0;
+    // Seven roundings of the six products of a determinant (J. R. Shewchuk. Adaptive Precision
+    // Floating-Point Arithmetic and Fast Robust Geometric Predicates. DCG 18(3), 1997).
+    const dvec3 a = glm::abs(e), b = glm::abs(f);
+    const dvec3 sizes(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
+    const double height = std::abs(dot(normal, t));
+    const bool is_certain = 0x1p-50 * dot(sizes, glm::abs(t)) <= 0x1p-24 * height;
+    return is_certain && product2 <= 0x1p+40 * normal2 ? height / std::sqrt(normal2) : 0;
 }
 
-double ClosestChoice::least(vec3 lower, vec3 upper) const {
-    return difference(p_, reference_, glm::clamp(p_, dvec3(lower), dvec3(upper)), 0).least();
-}
-
-template <class Use>
-void ClosestChoice::for_each_open(const Node& node, Use use) const {
-    std::array<double, kWidth> distance2;
-    // By value: a compiler makes vectors of this.
-    const auto larger = [](double a, double b) { return a > b ? a : b; };
-    const auto beyond = [&](double lower, double upper, double p) {
-        return larger(larger(lower - p, p - upper), 0.0);
-    };
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-        const double x = beyond(node.lower_x[slot], node.upper_x[slot], p_.x);
-        const double y = beyond(node.lower_y[slot], node.upper_y[slot], p_.y);
-        const double z = beyond(node.lower_z[slot], node.upper_z[slot], p_.z);
-        distance2[slot] = x * x + y * y + z * z;
+NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot) {
+    NumberedTriangle triangle{leaf.prim_id[slot], {}};
+    for (uint i = 0; i < 3; ++i) {
+        const LeafVertex& vertex = leaf.vertex[corner(leaf.vertex[slot].corners, i)];
+        triangle.corners[i] = {vertex.x, vertex.y, vertex.z};
     }
-    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
-        if (distance2[slot] <= plain_most_) use(slot);
-}
-
-/// A lower bound of a place x, and for the least corner that of a triangle. For the point m that
-/// set_middle() was given, |p - x|^2 = |p - m|^2 + 2 (p - m).(m - x) + |m - x|^2, which is linear
-/// in x without the last square.
-double ClosestChoice::least_from_middle(const LeafVertex& x) const {
-    const dvec3 part = 2.0 * to_p_ * (middle_ - dvec3(x.x, x.y, x.z));
-    const double size = std::abs(part.x) + std::abs(part.y) + std::abs(part.z);
-    return least_of_middle_ +
-           (part.x + part.y + part.z - kDistanceRounding * (size + std::abs(least_of_middle_)));
-}
-
-void ClosestChoice::add(const Leaf& leaf) {
-    std::array<double, kLeafVertices> least;
-    for (std::uint32_t i = 0; i < kLeafVertices; ++i) least[i] = least_from_middle(leaf.vertex[i]);
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    for (std::uint32_t slot = 0; slot < count; ++slot) {
-        const std::uint32_t packed = leaf.vertex[slot].corners;
-        if (!is_open(least[corner(packed, 0)]) && !is_open(least[corner(packed, 1)]) &&
-            !is_open(least[corner(packed, 2)]))
-            continue;
-        add(triangle_of(leaf, slot));
-    }
-}
-
-void ClosestChoice::set_middle(const dvec3& middle) {
-    middle_ = middle;
-    to_p_ = p_ - middle;
-    least_of_middle_ = difference(p_, reference_, middle, 0).least();
-}
-
-void ClosestChoice::add(const NumberedTriangle& triangle) {
-    const Corners& corners = triangle.corners;
-    if (!finite_vertices(corners[0], corners[1], corners[2])) return;
-    Box box;
-    for (const vec3& corner : corners) box.extend(corner);
-    double bound = least(box.lower, box.upper);
-    if (!is_open(bound)) return;
-    const DoublePlace found = place_in_doubles(p_, reference_, corners);
-    const Difference distance = difference(p_, reference_, found.place.point, blur_of(corners));
-    if (found.is_certain) bound = distance.least();
-    if (!is_open(bound)) return;
-    if (distance.most() < most_) {
-        most_ = distance.most();
-        set_middle(found.place.point);
-        // The middle is off by less than the second term.
-        const double most = glm::length(to_p_) + 0x1p-28;
-        plain_most_ = most * most * (1 + 0x1p-40);
-    }
-    candidates_.push_back({bound, triangle, found.is_certain, found.place.weights});
-}
-
-NumberedTriangle ClosestChoice::closest() {
-    std::erase_if(candidates_, [&](const auto& candidate) { return !is_open(candidate.least); });
-    std::ranges::sort(candidates_, {},
-                      [](const auto& candidate) { return candidate.triangle.prim_id; });
-    // Triangles that meet in the place are equally close: the first of them stands for all.
-    std::vector<Feature> known;
-    std::erase_if(candidates_, [&](const Candidate& candidate) {
-        if (!candidate.is_certain) return false;
-        const Feature feature = feature_of(candidate.triangle.corners, candidate.weights);
-        if (std::ranges::find(known, feature) != known.end()) return true;
-        known.push_back(feature);
-        return false;
-    });
-    if (candidates_.empty()) return {kNoPrim, {}};
-    const Candidate* closest = &candidates_.front();
-    if (candidates_.size() == 1) return closest->triangle;
-    mpq_class distance2;
-    for (const Candidate& candidate : candidates_) {
-        const mpq_class own2 = exact_distance(p_, candidate.triangle.corners).distance2;
-        if (&candidate != &candidates_.front() && own2 >= distance2) continue;
-        closest = &candidate;
-        distance2 = own2;
-    }
-    return closest->triangle;
+    return triangle;
 }
 
 NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles) {
@@ -212,8 +472,8 @@ NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p) {
     for (std::size_t size = 1; size > 0;) {
         const Entry entry = stack[--size];
         if (!choice.is_open(entry.least)) continue;
-        if ((entry.child & kLeafBit) != 0) {
-            choice.add(bvh.leaves[entry.child & ~kLeafBit]);
+        if (is_leaf(entry.child)) {
+            choice.add(bvh.leaves[leaf_of(entry.child)]);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];

@@ -1,8 +1,5 @@
-// The triangle that is exactly the closest to a point, and the place on it.
-//
-// Floats (common/interop/closest_rule.h) give about the distance, and a place beside the closest
-// one that is as far for them. Here doubles with error bounds decide, and integers of any length
-// where the bounds overlap (docs/design/arithmetic.md, "Distances").
+// The triangle that is exactly the closest to a point, and the place on it: doubles with error
+// bounds decide, and integers where the bounds overlap (docs/design/arithmetic.md, "Distances").
 #pragma once
 
 #include <array>
@@ -25,9 +22,8 @@ struct ExactPlace {
     dvec3 point;
 };
 
-/// The place on a triangle that is closest to p: right to some ulps of the largest coordinate of a
-/// corner, and exactly the weights that are 0 are 0. All numbers are finite; no coordinate of p is
-/// above 2^300.
+/// The place on a triangle that is closest to p, to some ulps of the largest coordinate of a
+/// corner. Weights of 0 are exact. Numbers are finite, coordinates of p at most 2^300.
 ExactPlace exact_place(const dvec3& p, const Corners& corners);
 
 /// The distance of p from a triangle by the weights of exact_place(); 0 where doubles may be off by
@@ -43,8 +39,7 @@ struct NumberedTriangle {
 };
 NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot);
 
-/// The closest triangle by a tree at the current positions, the lowest prim_id of equally close
-/// ones; kNoPrim without triangles.
+/// The closest triangle of a tree, the lowest prim_id of equally close ones; kNoPrim without any.
 NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p);
 
 /// The closest one of some triangles, of which there is one at least, as above.

@@ -1,10 +1,7 @@
 // The vectors of all SIMD code: floats and unsigned integers of at most 16 lanes, so that the 16
 // boxes of a node or the 16 triangles of a leaf are kVectors of them. Compiled once for each
-// target.
-//
-// Highway's own operators serve + - * / < <= > >= == & | ^ on vectors; this file adds operators of
-// masks, and short names for the rest. Functions that exist for few places keep their Highway names
-// (hn::).
+// target. Highway's own operators serve + - * / < <= > >= == & | ^ on vectors; this file adds
+// operators of masks, and short names. Functions for few places keep their Highway names (hn::).
 #if defined(MORPHRAY_COMMON_SIMD_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_COMMON_SIMD_VECTORS_INL_H
 #undef MORPHRAY_COMMON_SIMD_VECTORS_INL_H

@@ -6,7 +6,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <optional>
 #include <string_view>
 
 #include "common/base/errors.h"
@@ -16,18 +15,6 @@ namespace mray {
 namespace {
 
 constexpr std::string_view kEvery = "every:";
-
-std::optional<PolicySpec> read_policy(const std::string& text) {
-    if (text.starts_with(kEvery)) {
-        const auto period = parse_integer(std::string_view(text).substr(kEvery.size()));
-        if (!period || *period < 1 || *period > static_cast<long long>(kMostPeriod)) return {};
-        return PolicySpec{PolicyKind::kEvery, static_cast<std::uint32_t>(*period)};
-    }
-    for (const PolicyKind kind : {PolicyKind::kRefit, PolicyKind::kRebuild, PolicyKind::kAuto}) {
-        if (text == text_of({kind})) return PolicySpec{kind};
-    }
-    return {};
-}
 
 /// Rebuilds in each frame whose number is a multiple of the period; never if that is 0.
 class PeriodicPolicy final : public UpdatePolicy {
@@ -62,8 +49,7 @@ public:
         return (frames_ + 1) * loss - lost >= threshold || lost >= threshold;
     }
 
-    /// Ends a frame. Returns what the last remedy has saved in it: the loss of the frame before
-    /// that remedy beyond this loss, or 0.
+    /// Ends a frame. Returns what the last remedy has saved in it, or 0.
     double add(double loss) {
         frames_ += 1;
         lost_ += loss;
@@ -182,19 +168,16 @@ constexpr int kLongestWait = 64;
 constexpr double kFading = 0.9;
 constexpr double kFaded = 0.7;
 
-/// Refits; restructures degraded parts and rebuilds when that pays. There are two cases:
+/// Refits; restructures degraded parts and rebuilds when that pays (docs/design/updates.md):
 ///
 /// - A remedy *pays at once* if this frame alone would lose its price. It is applied in the frame.
 /// - Otherwise it is an investment in frames that may never come. It has to be due (LossAccount,
-///   one for each remedy), and the *investment budget* has to hold its price. A part (5 %) of the
-///   time of all frames goes into that budget, and what earlier remedies have saved. So an
-///   animation of any length loses little to foresight that was wrong, and a remedy that helps pays
-///   for the next one.
+///   one for each remedy), and the *investment budget* has to hold its price: 5 % of the time of
+///   all frames, and what earlier remedies have saved. It adds at most the frame's budget: a
+///   restructuring is cut to it, a build that takes more runs in the background.
 ///
-/// An investment adds at most the budget to a frame: a restructuring is cut to it, a build that
-/// takes more runs in the background while refitted frames are shown. Losses are not measured by
-/// times, which change with the image: they are those that the overhead visits of the tree explain
-/// (SlowdownModel), in units of the time of a sound tree.
+/// Losses are those that the overhead visits of the tree explain (SlowdownModel), in times of a
+/// sound tree: measured times change with the image.
 class AutoPolicy final : public UpdatePolicy {
 public:
     explicit AutoPolicy(const UpdateConfig& config)
@@ -361,7 +344,13 @@ std::string text_of(const PolicySpec& policy) {
 }
 
 PolicySpec parse_policy(const std::string& text) {
-    if (const std::optional<PolicySpec> policy = read_policy(text)) return *policy;
+    if (text.starts_with(kEvery)) {
+        const auto period = parse_integer(std::string_view(text).substr(kEvery.size()));
+        if (period && *period >= 1 && *period <= static_cast<long long>(kMostPeriod))
+            return {PolicyKind::kEvery, static_cast<std::uint32_t>(*period)};
+    }
+    for (const PolicyKind kind : {PolicyKind::kRefit, PolicyKind::kRebuild, PolicyKind::kAuto})
+        if (text == text_of({kind})) return {kind};
     throw Error(ErrorKind::kBadArgument, fmt::format("{} is not one of {}, with K from 1",
                                                      quote(text), fmt::join(policy_forms(), ", ")));
 }

@@ -1,5 +1,5 @@
 // Policies decide when a tree is refitted, restructured or rebuilt; TreeUpdater acts on it. A
-// policy sees costs and ratios, not clocks or trees, so equal numbers give equal decisions.
+// policy sees costs, not clocks or trees, so equal numbers give equal decisions.
 #pragma once
 
 #include <cstdint>
@@ -41,8 +41,8 @@ enum class UpdateStep {
 struct UpdateDecision {
     UpdateStep step = UpdateStep::kRefit;
     std::string reason;
-    /// For kRebuildInBackground: the frames that the build may take. In deterministic updates it
-    /// takes exactly as many.
+    /// For kRebuildInBackground: the frames that the build takes at most, or exactly
+    /// (deterministic).
     std::uint32_t build_frames = 0;
     /// For kRestructure: the part of all triangles that may be restructured.
     double most_restructured = 1;
@@ -97,9 +97,8 @@ public:
 struct UpdateConfig {
     /// Decide by counts of triangles and rays instead of times, so that all runs decide the same.
     bool deterministic = false;
-    /// The time that an update may add to a frame beyond refit and trace, unless the same frame's
-    /// trace gains as much; a restructuring is cut to it, a build that takes more runs in the
-    /// background. A part of the frame's refit and trace, or ms if budget_ms is above 0.
+    /// The time that an update may add to a frame, unless the same frame's trace gains as much: a
+    /// part of the frame's refit and trace, or ms if budget_ms is above 0.
     double budget = 0.75;
     double budget_ms = 0;
     /// The first guess of the part of a sound trace that an overhead visit takes.

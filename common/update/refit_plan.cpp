@@ -13,10 +13,8 @@ namespace {
 
 // Blocks a task: 192 KiB of positions.
 constexpr std::uint32_t kGrain = 1024;
-
 // Blocks that are compared at once, 6 KiB: 0.6 of the time if none of them has moved.
 constexpr std::uint32_t kStretch = 32;
-
 // A refit of parts pays up to this part of all: its order of visits is bad for caches.
 constexpr double kWorthwhile = 0.6;
 
@@ -150,11 +148,6 @@ MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
     }
     parts.nodes = indices_of(node_moved);
     return parts;
-}
-
-void RefitPlanner::set_frame(std::span<const vec3> positions) {
-    pose_.advance(positions);
-    block_leaves_.reset();
 }
 
 RefitPlan RefitPlanner::plan(const Bvh& tree, RefitExtent extent) {

@@ -12,8 +12,7 @@
 
 namespace mray {
 
-/// Vertices are compared in blocks of this many: 192 bytes, three cache lines. For animals on a
-/// static ground smaller blocks gain nothing, and a leaf has few blocks.
+/// Vertices are compared in blocks of this many: three cache lines. Smaller blocks gain nothing.
 inline constexpr std::uint32_t kMotionBlock = 16;
 
 /// The positions of the last pose, and the blocks that moved since the pose before.
@@ -25,9 +24,8 @@ public:
     std::span<const vec3> positions() const { return positions_; }
     std::uint32_t block_count() const { return static_cast<std::uint32_t>(moved_.size()); }
 
-    /// Takes the next pose, with as many vertices; those outside of `changed` (ascending ranges)
-    /// are the same as in the last pose and are not read. Returns the number of blocks that moved:
-    /// with a vertex that differs in any bit. Runs in the calling thread's arena.
+    /// Takes the next pose; vertices outside of `changed` (ascending ranges) are the same and not
+    /// read. Returns the number of blocks that moved: with a vertex that differs in any bit.
     std::uint32_t advance(std::span<const vec3> positions,
                           std::span<const IndexRange> changed = kAllIndices);
     /// The blocks that moved in the last advance(), ascending.
@@ -79,7 +77,10 @@ public:
     const PoseMemory& pose() const { return pose_; }
 
     /// Takes another pose, with another tree.
-    void set_frame(std::span<const vec3> positions);
+    void set_frame(std::span<const vec3> positions) {
+        pose_.advance(positions);
+        set_tree();
+    }
     /// Takes another tree at the same pose.
     void set_tree() { block_leaves_.reset(); }
     /// Takes the next pose, as PoseMemory::advance().

@@ -71,8 +71,7 @@ void renumber_repeated(const TopologyChange& change, std::vector<RepeatedTriangl
 }
 
 Box box_of(const Topology& topology, std::span<const vec3> positions, const IndexRange& range) {
-    AlignedVector<PrimRef> refs;
-    refs.resize(range.end - range.begin);
+    AlignedVector<PrimRef> refs(range.end - range.begin);
     make_refs(topology, positions, range.begin, refs);
     return union_of(refs);
 }
@@ -80,15 +79,11 @@ Box box_of(const Topology& topology, std::span<const vec3> positions, const Inde
 }  // namespace
 
 void TopologyChange::keep(const KeptTriangles& triangles) {
-    if (!kept.empty()) {
-        KeptTriangles& last = kept.back();
-        if (last.before.end == triangles.before.begin && last.prim_shift == triangles.prim_shift &&
-            last.vertex_shift == triangles.vertex_shift) {
-            last.before.end = triangles.before.end;
-            return;
-        }
-    }
-    kept.push_back(triangles);
+    const bool continues = !kept.empty() && kept.back().before.end == triangles.before.begin &&
+                           kept.back().prim_shift == triangles.prim_shift &&
+                           kept.back().vertex_shift == triangles.vertex_shift;
+    if (!continues) kept.push_back(triangles);
+    kept.back().before.end = triangles.before.end;
 }
 
 const KeptTriangles* TopologyChange::find(std::uint32_t prim_id) const {

@@ -43,9 +43,8 @@ public:
             if (level_begin_.size() > kMaxDepth) return false;
             const auto end = static_cast<std::uint32_t>(sources_.size());
             nodes_.resize(end);
-            for (std::uint32_t i = begin; i < end; ++i) {
+            for (std::uint32_t i = begin; i < end; ++i)
                 sources_[i].is_new ? add_new(i) : add_old(i);
-            }
             level_begin_.push_back(end);
             begin = end;
         }
@@ -146,23 +145,18 @@ private:
         Node& node = nodes_[index];
         std::uint32_t slot = 0;
         for (const std::uint32_t child : children.nodes()) {
-            set_slot_box(node, slot, slot_box_of(binary_.nodes[child]));
+            // Old subtrees and leaves have their pads; nodes get their boxes when all are placed.
+            const BinaryNode& source = binary_.nodes[child];
+            const bool is_new_leaf = source.is_leaf() && !is_old(source);
+            set_slot_box(node, slot, is_new_leaf ? padded(source.box) : source.box);
             node.child[slot] = place_new(child, index * kWidth + slot);
             ++slot;
         }
-        for (; slot < kWidth; ++slot) {
-            set_slot_box(node, slot, Box());
-            node.child[slot] = kEmptyChild;
-        }
+        clear_slots(node, slot);
     }
 
     bool is_old(const BinaryNode& leaf) const {
         return binary_.prim_ids[leaf.begin] >= topology_.triangles.size();
-    }
-
-    /// Old subtrees and leaves have their pads; nodes get their boxes when all are placed.
-    Box slot_box_of(const BinaryNode& node) const {
-        return node.is_leaf() && !is_old(node) ? padded(node.box) : node.box;
     }
 
     std::uint32_t place_new(std::uint32_t child, std::uint32_t parent_slot) {
@@ -197,74 +191,6 @@ private:
     BuiltAreas areas_;
 };
 
-}  // namespace
-
-BuiltAreas built_areas(const Bvh& bvh) {
-    BuiltAreas areas;
-    areas.nodes.resize(bvh.node_parents.size());
-    areas.leaves.resize(bvh.leaf_parents.size());
-    areas.nodes[0] = static_cast<float>(half_area(node_box(bvh.nodes.front())));
-    for (const Node& node : bvh.nodes) {
-        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
-            const auto area = static_cast<float>(half_area(slot_box(node, slot)));
-            (is_leaf(child) ? areas.leaves[leaf_of(child)] : areas.nodes[child]) = area;
-        });
-    }
-    return areas;
-}
-
-std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
-                        const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
-                        Bvh& bvh, BuiltAreas& areas) {
-    std::sort(loose.begin(), loose.end());
-    AlignedVector<PrimRef> refs;
-    refs.resize(loose.size());
-    for (std::size_t i = 0; i < loose.size(); ++i)
-        make_refs(topology, positions, loose[i], std::span(refs).subspan(i, 1));
-    auto id = static_cast<std::uint32_t>(topology.triangles.size());
-    for (const Box& box : parts.boxes) refs.push_back({box, id++});
-    const std::size_t count = refs.size();
-    if (count < 2) return 0;
-    BinaryTree binary = build_binary_tree(topology, std::move(refs));
-    if (binary.nodes.front().is_leaf()) return 0;
-    Relayout relayout(topology, positions, bvh, areas, parts, binary, growth);
-    if (!relayout.arrange()) return 0;
-    relayout.commit(bvh, areas);
-    add_repeated(bvh, std::move(binary.repeated));
-    return count;
-}
-
-namespace {
-
-/// The sound parts of a tree: boxes that have kept their size, and nodes above only such boxes.
-class Soundness {
-public:
-    Soundness(const Bvh& bvh, const BuiltAreas& areas, double limit)
-        : areas_(areas), limit_(limit), whole_(bvh.nodes.size(), 1) {
-        // Children come after their parents.
-        for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
-            for_each_child(bvh.nodes[i], [&](std::uint32_t slot, std::uint32_t child) {
-                if (!is_sound(bvh.nodes[i], slot, child)) whole_[i] = 0;
-            });
-        }
-    }
-
-    /// Whether all below a node is sound; its own box does not count.
-    bool is_whole(std::uint32_t node) const { return whole_[node] != 0; }
-
-    /// Whether a child and all below it is sound.
-    bool is_sound(const Node& node, std::uint32_t slot, std::uint32_t child) const {
-        if (!is_leaf(child) && !is_whole(child)) return false;
-        const float built = is_leaf(child) ? areas_.leaves[leaf_of(child)] : areas_.nodes[child];
-        return half_area(slot_box(node, slot)) <= limit_ * double{built};
-    }
-
-private:
-    const BuiltAreas& areas_;
-    double limit_;
-    std::vector<std::uint8_t> whole_;
-};
-
 /// The growth of leaf boxes beyond which a leaf is restructured: `limit`, or more if the leaves
 /// beyond it hold more than `most` of the triangles, assumed to be spread evenly. None if a build
 /// would not cost much more than to restructure them.
@@ -291,17 +217,60 @@ std::optional<double> limit_of_slice(const Bvh& bvh, const BuiltAreas& areas, do
 
 }  // namespace
 
+BuiltAreas built_areas(const Bvh& bvh) {
+    BuiltAreas areas;
+    areas.nodes.resize(bvh.node_parents.size());
+    areas.leaves.resize(bvh.leaf_parents.size());
+    areas.nodes[0] = static_cast<float>(half_area(node_box(bvh.nodes.front())));
+    for (const Node& node : bvh.nodes) {
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            const auto area = static_cast<float>(half_area(slot_box(node, slot)));
+            (is_leaf(child) ? areas.leaves[leaf_of(child)] : areas.nodes[child]) = area;
+        });
+    }
+    return areas;
+}
+
+std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
+                        const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
+                        Bvh& bvh, BuiltAreas& areas) {
+    std::sort(loose.begin(), loose.end());
+    AlignedVector<PrimRef> refs(loose.size());
+    for (std::size_t i = 0; i < loose.size(); ++i)
+        make_refs(topology, positions, loose[i], std::span(refs).subspan(i, 1));
+    auto id = static_cast<std::uint32_t>(topology.triangles.size());
+    for (const Box& box : parts.boxes) refs.push_back({box, id++});
+    const std::size_t count = refs.size();
+    if (count < 2) return 0;
+    BinaryTree binary = build_binary_tree(topology, std::move(refs));
+    if (binary.nodes.front().is_leaf()) return 0;
+    Relayout relayout(topology, positions, bvh, areas, parts, binary, growth);
+    if (!relayout.arrange()) return 0;
+    relayout.commit(bvh, areas);
+    add_repeated(bvh, std::move(binary.repeated));
+    return count;
+}
+
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
                         double most, Bvh& bvh, BuiltAreas& areas) {
     const std::optional<double> limit =
         limit_of_slice(bvh, areas, kSoundGrowth * growth, std::max(most, 0.0));
     if (!limit) return 0;
-    const Soundness soundness(bvh, areas, *limit);
-    if (soundness.is_whole(0)) return 0;
-    const TreeParts parts =
-        take_apart(bvh, [&](const Node& node, std::uint32_t slot, std::uint32_t child) {
-            return soundness.is_sound(node, slot, child);
+    // Whether all below a node is sound; its own box does not count.
+    std::vector<std::uint8_t> is_whole(bvh.nodes.size(), 1);
+    const auto is_sound = [&](const Node& node, std::uint32_t slot, std::uint32_t child) {
+        if (!is_leaf(child) && is_whole[child] == 0) return false;
+        const float built = is_leaf(child) ? areas.leaves[leaf_of(child)] : areas.nodes[child];
+        return half_area(slot_box(node, slot)) <= *limit * double{built};
+    };
+    // Children come after their parents.
+    for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
+        for_each_child(bvh.nodes[i], [&](std::uint32_t slot, std::uint32_t child) {
+            if (!is_sound(bvh.nodes[i], slot, child)) is_whole[i] = 0;
         });
+    }
+    if (is_whole[0] != 0) return 0;
+    const TreeParts parts = take_apart(bvh, is_sound);
     std::vector<std::uint32_t> loose;
     const double most_loose = kMostLoose * static_cast<double>(topology.triangles.size());
     for (const std::uint32_t leaf : parts.removed_leaves) {

@@ -23,16 +23,6 @@ BuiltAreas built_areas(const Bvh& bvh);
 // If more than this part of all triangles is loose, a build does not cost much more.
 inline constexpr double kMostLoose = 0.5;
 
-inline bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
-inline std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
-
-/// Calls use(slot, child) for each child entry of a node.
-template <class Use>
-void for_each_child(const Node& node, Use use) {
-    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
-        use(slot, node.child[slot]);
-}
-
 /// The parts of a tree under new levels.
 struct TreeParts {
     /// The child entries, in the old tree, of subtrees that stay as they are, and their boxes.
@@ -66,29 +56,25 @@ TreeParts take_apart(const Bvh& bvh, IsSound is_sound) {
 
 /// Builds new levels, with new leaves, over the triangles `loose` and the subtrees of `parts`.
 /// Returns the number of both. Returns 0, and changes nothing, if there are fewer than two or the
-/// tree would become deeper than kMaxDepth. Runs in the calling thread's arena.
+/// tree would become deeper than kMaxDepth.
 std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
                         const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
                         Bvh& bvh, BuiltAreas& areas);
 
-/// Often only a small part of a tree degrades: bodies that move as a whole keep their subtrees
-/// sound, and only leaves with triangles of several bodies grow, with the nodes above them.
-/// Restructuring takes the largest sound subtrees, in which no box has grown by more than
+/// Builds new levels over the largest sound subtrees, in which no box has grown by more than
 /// kSoundGrowth (beyond `growth`, that of the triangles themselves), and the triangles of all other
-/// leaves. If those have more than `most` of all triangles, it takes only the leaves that have
-/// grown most, so that a long restructuring can be done in slices: what has grown less counts as
-/// sound. It builds a tree over these, and keeps the subtrees below it as they are.
+/// leaves: those with triangles of several bodies grow, with the nodes above them. If they have
+/// more than `most` of all triangles, only the leaves that have grown most are taken, so that a
+/// long restructuring can be done in slices.
 ///
 /// The boxes and vertices of the tree must be those of the pose. Writes nodes, parents, levels, new
 /// leaves (in the places of removed ones, or at the end) and `areas`. Afterwards nodes are in
 /// breadth-first order, leaves are not. The result depends only on the arguments. Returns the
 /// number of subtrees and triangles under the new levels. Returns 0, and changes nothing, if all is
 /// sound, if a build would not cost much more, or if the tree would become deeper than kMaxDepth.
-/// Runs in the calling thread's arena.
 ///
 /// Based on: S. Yoon, S. Curtis, D. Manocha. Ray tracing dynamic scenes using selective
-/// restructuring. EGSR 2007. They restructure pairs of nodes in turn; here all degraded parts are
-/// restructured at once.
+/// restructuring. EGSR 2007; there pairs of nodes are restructured in turn.
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
                         double most, Bvh& bvh, BuiltAreas& areas);
 

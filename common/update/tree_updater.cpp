@@ -12,7 +12,6 @@
 
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
-#include "common/frame_times.h"
 
 namespace mray {
 
@@ -20,10 +19,9 @@ double tree_cost(std::span<const Node> nodes) {
     double node_area = 0;
     double leaf_area = 0;
     for (const Node& node : nodes) {
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
-            const double area = half_area(slot_box(node, slot));
-            ((node.child[slot] & kLeafBit) != 0 ? leaf_area : node_area) += area;
-        }
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            (is_leaf(child) ? leaf_area : node_area) += half_area(slot_box(node, slot));
+        });
     }
     return half_area(node_box(nodes.front())) + node_area + kLeafCost * leaf_area;
 }
@@ -78,12 +76,6 @@ constexpr double kTraceExponent = 0.3;
 // A tree that was built where all vertices were in one place has an infinite ratio elsewhere.
 constexpr double kMostCostRatio = 1e6;
 
-/// Returns the config with the first_per_visit of this kind of tracer.
-UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
-    if (!config.deterministic) config.first_per_visit = tracer.info().trace_per_visit;
-    return config;
-}
-
 }  // namespace
 
 const char* name_of(TreeStep step) {
@@ -91,13 +83,6 @@ const char* name_of(TreeStep step) {
     constexpr const char* kNames[] = {"build", "keep", "refit", "restructure", "rebuild", "swap"};
     return kNames[static_cast<std::size_t>(step)];
 }
-
-TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
-                         const PolicySpec& policy, const BuildConfig& build_config,
-                         const UpdateConfig& config, const Bvh* tree)
-    : TreeUpdater(topology, positions, tracer,
-                  make_update_policy(policy, for_tracer(config, tracer)), build_config, config,
-                  tree) {}
 
 TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
                          std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build_config,
@@ -183,7 +168,8 @@ void TreeUpdater::swap(std::span<const vec3> positions) {
     took_tree(background_triangle_area_);
     last_.step = TreeStep::kSwapped;
     last_.reason = "for the tree that was built in the background";
-    last_.times.upload_ms += hand_over(positions);
+    tracer_.set_frame(positions, bvh_);
+    last_.times.upload_ms += tracer_.finish().update.upload_ms;
     tracer_.refit(positions, RefitExtent::kAll, kAllIndices);
     has_refitted_ = true;
 }
@@ -207,7 +193,12 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
         last_.times += refit;
     }
     const Stopwatch watch;
-    if (follows_ratio_) measure_tree(positions);
+    if (follows_ratio_) {
+        triangle_area_ = sample_.area(positions);
+        const TreeFit fit = tree_fit(tracer_.nodes(), triangle_area_);
+        last_.cost_ratio = cost_ratio(built_fit_, fit);
+        last_.overhead = overhead_visits(built_fit_, fit);
+    }
     UpdateDecision decision = policy_->review({.overhead = last_.overhead,
                                                .build_pending = background_.valid(),
                                                .new_tree = last_.step == TreeStep::kSwapped,
@@ -215,13 +206,6 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
     // A ratio that is found for the record only is not a cost of the policy.
     if (policy_->needs_tree_cost()) last_.times.decide_ms += waited_ms + watch.ms();
     return decision;
-}
-
-void TreeUpdater::measure_tree(std::span<const vec3> positions) {
-    triangle_area_ = sample_.area(positions);
-    const TreeFit fit = tree_fit(tracer_.nodes(), triangle_area_);
-    last_.cost_ratio = cost_ratio(built_fit_, fit);
-    last_.overhead = overhead_visits(built_fit_, fit);
 }
 
 /// Restructures the worst parts, up to decision.most_restructured of all triangles.
@@ -248,12 +232,15 @@ void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecis
 
 /// Builds at this pose, and gives the tree to the tracer.
 void TreeUpdater::rebuild(std::span<const vec3> positions, const std::string& reason) {
-    forget_background_build();
+    // A pending build has an older pose. Deterministic updates wait for it, others drop it later.
+    if (deterministic_ && background_.valid()) background_.get();
+    background_is_stale_ = background_.valid();
     last_.step = TreeStep::kRebuilt;
     last_.reason = reason;
     last_.times.rebuild_ms += build(positions);
     last_.times += finish_refit();
-    last_.times.upload_ms += hand_over(positions);
+    tracer_.set_frame(positions, bvh_);
+    last_.times.upload_ms += tracer_.finish().update.upload_ms;
 }
 
 /// Builds a tree while frames are traced, after T. Ize, I. Wald, S. Parker. Asynchronous BVH
@@ -287,13 +274,6 @@ double TreeUpdater::build(std::span<const vec3> positions) {
 void TreeUpdater::took_tree(double triangle_area) {
     if (follows_ratio_) built_fit_ = tree_fit(bvh_.nodes, triangle_area);
     if (policy_->needs_tree_cost()) areas_ = built_areas(bvh_);
-}
-
-/// Marks the build in the background as stale, since its pose is older than that of the tree that
-/// is built now. Deterministic updates wait for it; others drop it when it is ready.
-void TreeUpdater::forget_background_build() {
-    if (deterministic_ && background_.valid()) background_.get();
-    background_is_stale_ = background_.valid();
 }
 
 void TreeUpdater::end_background_build() {
@@ -344,12 +324,6 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
     last_.step = TreeStep::kRestructured;
     last_.reason = "meshes have come or gone";
     return true;
-}
-
-/// Gives bvh_ to the tracer. Returns the milliseconds of the upload.
-double TreeUpdater::hand_over(std::span<const vec3> positions) {
-    tracer_.set_frame(positions, bvh_);
-    return tracer_.finish().update.upload_ms;
 }
 
 /// Finishes a refit that would have waited for the trace. Returns its times, once.

@@ -21,9 +21,8 @@
 namespace mray {
 
 /// The surface area heuristic: the sum of half the areas of all nodes' boxes, plus kLeafCost times
-/// that of the leaves' boxes, in scene units squared. It is not divided by the root's area, because
-/// the cost of a box in an image depends on its size there. Finite; 0 for a tree over no triangles.
-/// Equal bytes of nodes give equal bits.
+/// that of the leaves' boxes, in scene units squared, not divided by the root's area: the cost of a
+/// box in an image depends on its size there. Finite; 0 for a tree over no triangles.
 double tree_cost(std::span<const Node> nodes);
 
 /// At most kMost triangles, evenly by prim_id: their area tells grown triangles from a bad tree.
@@ -52,10 +51,9 @@ TreeFit tree_fit(std::span<const Node> nodes, double triangle_area);
 /// only that of the build is 0 (a tree that was built in a point); never negative.
 double cost_ratio(const TreeFit& built, const TreeFit& now);
 
-/// The visits of nodes (a leaf counts as kLeafCost) that a ray through the root makes now, on
-/// average, beyond those of a tree as good as the built one was: the growth of the cost beyond that
-/// of the triangles, divided by the root's area. 0 if the tree has not become worse, or if the root
-/// has no area; finite.
+/// The visits of nodes (a leaf counts as kLeafCost) that a ray through the root makes beyond those
+/// in a tree as good as the built one: the growth of the cost beyond that of the triangles, divided
+/// by the root's area. 0 if the tree is no worse, or if the root has no area; finite.
 double overhead_visits(const TreeFit& built, const TreeFit& now);
 
 // ---- The updater
@@ -98,17 +96,11 @@ public:
     TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
                 std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
-    /// As above, with the policy of this name. Unless config.deterministic, its first_per_visit is
-    /// that of the kind of tracer; deterministic decisions are the same for all tracers.
-    TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
-                const PolicySpec& policy, const BuildConfig& build, const UpdateConfig& config,
-                const Bvh* tree = nullptr);
     /// Cancels a pending build and waits for its end.
     ~TreeUpdater() { end_background_build(); }
 
     /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
-    /// those of the last pose. For another number of vertices, which means another topology, it
-    /// changes nothing and throws Error(kBadInput).
+    /// those of the last pose. Throws Error(kBadInput) for another number of vertices.
     const TreeUpdate& update(std::span<const vec3> positions,
                              std::span<const IndexRange> changed = kAllIndices);
     /// Ends a build in the background, after which the topology may be changed.
@@ -141,10 +133,7 @@ private:
 
     double build(std::span<const vec3> positions);
     void took_tree(double triangle_area);
-    void measure_tree(std::span<const vec3> positions);
     bool background_is_ready() const;
-    void forget_background_build();
-    double hand_over(std::span<const vec3> positions);
     UpdateTimes finish_refit();
     double growth() const;
     FrameCost cost_of_frame(const TraceCost& trace) const;
@@ -171,7 +160,7 @@ private:
     int process_ = 0;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;
-    /// That of the pose that measure_tree() saw last.
+    /// That of the pose that review() measured last.
     double triangle_area_ = 0;
     std::uint32_t background_frames_left_ = 0;
 };

@@ -121,7 +121,7 @@ private:
                         std::uint32_t prim_id) {
         std::uint32_t times = 1;
         if (!bvh_.repeated.empty())
-            times += static_cast<std::uint32_t>(repeats_of(bvh_, prim_id).size());
+            times += static_cast<std::uint32_t>(repeats_of(bvh_.repeated, prim_id).size());
         const UintVec more = select(uint_mask(hits), splat(times), splat(0u));
         const Mask touches = hits & lanes::may_touch_border(hit);
         const UintVec flags = select(uint_mask(touches), splat(kTouches), splat(0u));
@@ -271,7 +271,7 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::
                 const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
                 const std::uint32_t prim_id = leaf.prim_id[slot_of(lane)];
                 visit(prim_id);
-                for (const RepeatedTriangle& repeat : repeats_of(bvh, prim_id))
+                for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
                     visit(repeat.prim_id);
             }
         };
@@ -396,7 +396,7 @@ private:
         const TriangleCorners t = corners_in_lanes(leaf, slot);
         const lanes::FloatCrossing crossing = lanes::float_crossing(points_.p, t.a, t.b, t.c);
         const std::uint32_t prim_id = leaf.prim_id[slot];
-        const auto repeats = repeats_of(bvh, prim_id);
+        const auto repeats = repeats_of(bvh.repeated, prim_id);
         const IntVec times = splat(static_cast<std::int32_t>(1 + repeats.size()));
         const auto times_where = [&](Mask m) HWY_ATTR {
             return hn::IfThenElseZero(hn::RebindMask(kInts, m), times);

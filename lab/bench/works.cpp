@@ -169,8 +169,9 @@ public:
         : FrameMethod(played),
           backend_(cpu::make_cpu_backend({.threads = threads})),
           updater_(played.topology(), played.poses.front(), *backend_,
-                   PolicySpec{.kind = PolicyKind::kAuto}, BuildConfig{.threads = threads},
-                   UpdateConfig{}) {}
+                   make_update_policy({.kind = PolicyKind::kAuto},
+                                      {.first_per_visit = backend_->info().trace_per_visit}),
+                   BuildConfig{.threads = threads}, UpdateConfig{}) {}
 
     double run(std::size_t frame) override {
         const Stopwatch stopwatch;

@@ -90,8 +90,11 @@ void SceneImpl::start(const mray::Bvh* tree) {
         config.budget = automatic->budget;
         config.budget_ms = automatic->budget_ms;
     }
-    updater_ = std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
-                                                   spec_of(options_.update), build, config, tree);
+    // Deterministic decisions are the same for all tracers.
+    if (!config.deterministic) config.first_per_visit = tracer_->info().trace_per_visit;
+    updater_ = std::make_unique<mray::TreeUpdater>(
+        meshes_.topology(), pose_.positions(), *tracer_,
+        mray::make_update_policy(spec_of(options_.update), config), build, config, tree);
     cost.reset();
 }
 

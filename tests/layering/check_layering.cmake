@@ -67,7 +67,7 @@ set(places
     "^embree[0-9]+/"            "^(lab/methods/embree\\.h$|library/embree/|tests/library/embree/)"
     "^CGAL/"                    "^lab/bench/cgal_tree\\.cpp$"
     "^pybind11/"                "^library/python/module/"
-    "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/(exact_closest|triangle_distance)|lab/accuracy/|scenes/polygons/triangulate\\.cpp$)"
+    "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/exact_closest|lab/accuracy/|scenes/polygons/triangulate\\.cpp$)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one header for writing it.
     "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|tests/)"

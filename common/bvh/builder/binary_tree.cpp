@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "common/base/hash.h"
-#include "common/bvh/builder/split.h"
 
 namespace mray {
 namespace {
@@ -21,26 +20,20 @@ namespace {
 // 36 on at most 26 halvings lead from 2^28 to the 5 triangles that fit any meshlet.
 constexpr std::uint32_t kMedianDepth = 36;
 static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDepth));
-
 constexpr std::size_t kTaskSize = 2048;
-
 // Sets of no more triangles soon become leaves.
 constexpr std::size_t kFewTriangles = 24;
-
 // Sets of so many triangles are divided by bins only: a split by area is the work of one thread.
 constexpr std::size_t kManyTriangles = 16384;
-
 // A set that fits a leaf becomes one if both parts together have about this many times its area, or
 // more. With 1.1 rooms have trees that cost 2 % more (lab/notes/build_and_refit.md).
 constexpr float kMostPartArea = 1.2f;
-
 // Nodes that a thread takes: with one pair, threads would write to the same cache lines.
 constexpr std::uint32_t kNodeBlock = 128;
 
-/// Removes refs to triangles that have the three vertices of an earlier one of the set, in the same
-/// order, and appends them to `repeated`: they move together, so that one may stand for all. The
-/// others keep their order; returns how many they are. refs ascend by prim_id, and all are
-/// triangles. Takes at most 256 KiB more; beyond some ten thousand triangles it may leave some.
+/// Moves triangles that have the three vertices of an earlier one of the set, in the same order, to
+/// `repeated`. The others keep their order; returns their number. refs ascend by prim_id, and all
+/// are triangles. Takes at most 256 KiB; beyond some ten thousand triangles it may leave some.
 std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
                             std::vector<RepeatedTriangle>& repeated) {
     constexpr std::size_t kMostPlaces = std::size_t{1} << 16;
@@ -90,9 +83,8 @@ public:
         if (refs.data() != refs_[0]) std::swap(refs_[0], refs_[1]);
         const auto triangle_count = static_cast<std::uint32_t>(tree_.prim_ids.size());
         build(tree_.nodes[0], {0, triangle_count, refs.size()}, 0, nullptr);
+        tree_.nodes.resize(node_count_);
     }
-
-    std::uint32_t node_count() const { return node_count_; }
 
 private:
     /// The unused rest of the nodes that a thread has taken.
@@ -112,9 +104,9 @@ private:
         std::size_t size() const { return end - begin; }
     };
 
-    /// Builds the subtree of a set of refs_[depth % 2]. block: the calling thread's if that builds
-    /// the whole subtree, otherwise null. coincide: whether all centroids are known to coincide,
-    /// and repeated triangles are removed.
+    /// Builds the subtree of a set of refs_[depth % 2]. block: the thread's if that builds the
+    /// whole subtree, or null. coincide: all centroids coincide, and repeated triangles are
+    /// removed.
     void build(BinaryNode& node, const Set& set, std::uint32_t depth, NodeBlock* block,
                bool coincide = false) {
         node.begin = set.begin;
@@ -288,32 +280,6 @@ private:
     std::atomic<std::uint32_t> node_count_ = 1;
 };
 
-}  // namespace
-
-BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
-                             const SimdTarget& target, const Watch& watch) {
-    BinaryTree tree;
-    tree.refs.resize(topology.triangles.size());
-    if (tree.refs.empty()) return tree;
-    Builder builder(topology, positions, target, watch, tree);
-    builder.build();
-    tree.nodes.resize(builder.node_count());
-    return tree;
-}
-
-BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
-                             const SimdTarget& target, const Watch& watch) {
-    BinaryTree tree;
-    if (refs.empty()) return tree;
-    tree.refs = std::move(refs);
-    Builder builder(topology, {}, target, watch, tree);
-    builder.build();
-    tree.nodes.resize(builder.node_count());
-    return tree;
-}
-
-namespace {
-
 /// Numbers vertices in the order in which they are added first. A hash table that does not branch
 /// on whether a vertex is new, which cannot be predicted.
 class VertexSet {
@@ -349,11 +315,26 @@ private:
 
 // The memory of as many refs holds a whole LeafShape, that of fewer the used part.
 constexpr std::size_t kRoomy = (sizeof(LeafShape) + sizeof(PrimRef) - 1) / sizeof(PrimRef);
-
 constexpr std::size_t kWord = sizeof(std::uint32_t);
 static_assert(kWord * (1 + 1 + 3) <= sizeof(PrimRef));
 
 }  // namespace
+
+BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
+                             const SimdTarget& target, const Watch& watch) {
+    BinaryTree tree;
+    tree.refs.resize(topology.triangles.size());
+    if (!tree.refs.empty()) Builder(topology, positions, target, watch, tree).build();
+    return tree;
+}
+
+BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
+                             const SimdTarget& target, const Watch& watch) {
+    BinaryTree tree;
+    tree.refs = std::move(refs);
+    if (!tree.refs.empty()) Builder(topology, {}, target, watch, tree).build();
+    return tree;
+}
 
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
                      LeafShape& shape) {

@@ -1,7 +1,6 @@
 // The binary tree that a build makes first, collapses to the shared layout and then discards.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,19 +23,16 @@ struct LeafShape {
     std::uint32_t vertices[kLeafVertices];
 };
 
-/// Returns whether triangles (1 to kLeafTriangles, ascending) have few enough vertices for a leaf;
-/// sets its shape if so.
+/// Whether triangles (1 to kLeafTriangles, ascending) fit a leaf; sets its shape if so.
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
                      LeafShape& shape);
 
-/// Writes a leaf of this shape at these positions, and to leaf_vertices[0 .. 16) the vertices of
-/// its slots.
+/// Writes a leaf of this shape, and to leaf_vertices[0 .. 16) the vertices of its slots.
 void fill_leaf(const LeafShape& shape, std::span<const std::uint32_t> prim_ids,
                std::span<const vec3> positions, Leaf& leaf, std::uint32_t* leaf_vertices);
 
 struct BinaryNode {
-    /// In a union, so that constructing a node writes nothing: the array has far more nodes than
-    /// the tree needs.
+    /// In a union, so that constructing a node writes nothing: most nodes of the array are unused.
     union {
         Box box;
     };
@@ -73,21 +69,19 @@ public:
     /// The root first. The places of the others depend on the threads, and some elements are
     /// unused: only those that the tree refers to count.
     AlignedVector<BinaryNode> nodes;
-    /// The refs that the build began with. Leaves keep their shapes in the memory of their refs,
-    /// which are not read any more.
+    /// The refs that the build began with. Leaves keep their shapes in the memory of their refs.
     AlignedVector<PrimRef> refs;
     /// The triangles that no node has, in no order.
     std::vector<RepeatedTriangle> repeated;
-    /// Memory of the build, used again for the costs of the collapse and then for leaves: the
-    /// system takes as long to clear fresh memory as a split takes to fill it.
+    /// Memory of the build, then of the collapse's costs, then of leaves: the system takes as long
+    /// to clear fresh memory as a split takes to fill it.
     AlignedVector<Leaf> spare;
 };
 
 /// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.
 /// No nodes for no triangles. Runs in the calling thread's arena; the tree (but for the places of
-/// its nodes) does not depend on the threads, nor on the target. Neighbours in the list that share
-/// an edge are mostly kept together (pair_refs). Throws Error(kCancelled) soon after the watch asks
-/// for it.
+/// its nodes) depends on neither threads nor target. Neighbours in the list that share an edge are
+/// mostly kept together (pair_refs). Throws Error(kCancelled) soon after the watch asks for it.
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
                              const SimdTarget& target = best_simd_target(),
                              const Watch& watch = {});

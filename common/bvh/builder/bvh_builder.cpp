@@ -110,10 +110,7 @@ private:
             set_slot_box(node, slot, binary.is_leaf() ? padded(binary.box) : Box());
             node.child[slot++] = binary.is_leaf() ? kLeafBit | next_leaf++ : next_node++;
         }
-        for (; slot < kWidth; ++slot) {
-            set_slot_box(node, slot, Box());
-            node.child[slot] = kEmptyChild;
-        }
+        clear_slots(node, slot);
     }
 
     const Topology& topology_;
@@ -126,12 +123,6 @@ private:
     Bvh bvh_;
 };
 
-Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions,
-                   const BuildConfig& config) {
-    BinaryTree tree = build_binary_tree(topology, positions, config.target, config.watch);
-    return Layout(topology, positions, config.watch, tree).build();
-}
-
 }  // namespace
 
 Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
@@ -142,7 +133,8 @@ Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
                                 topology.triangles.size(), kMaxTriangles));
     }
     return ThreadArena(config.threads).execute([&] {
-        return build_in_arena(topology, positions, config);
+        BinaryTree tree = build_binary_tree(topology, positions, config.target, config.watch);
+        return Layout(topology, positions, config.watch, tree).build();
     });
 }
 

@@ -21,8 +21,7 @@ struct BuildConfig {
 /// Builds a tree over all triangles of the topology at these positions (scene space, one per
 /// vertex). Any input builds: no triangles, coinciding ones, vertices that are not finite
 /// (kInvalidCoordinate, left out of all boxes). Throws Error(kLimit) above 2^28 triangles, and
-/// Error(kCancelled) soon after the watch asks for it: where a few thousand triangles are divided,
-/// or each thread has divided a set.
+/// Error(kCancelled) within a few thousand triangles after the watch asks for it.
 Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
               const BuildConfig& config = {});
 

@@ -6,13 +6,6 @@
 #include <limits>
 
 namespace mray {
-namespace {
-
-// A subtree of at least this many triangles gets a task of its own.
-constexpr std::uint32_t kSubtreeTask = 4096;
-
-}  // namespace
-
 Collapse::Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room) : nodes_(nodes) {
     if (nodes.empty()) return;
     if (nodes.size() * sizeof(Costs) <= room.size()) {
@@ -33,6 +26,8 @@ void Collapse::find_costs(std::uint32_t node) {
     }
     const std::uint32_t left_child = nodes_[node].children;
     const std::uint32_t right_child = left_child + 1;
+    // Larger subtrees get tasks of their own.
+    constexpr std::uint32_t kSubtreeTask = 4096;
     if (nodes_[node].size() >= kSubtreeTask) {
         tbb::parallel_invoke([=, this] { find_costs(left_child); },
                              [=, this] { find_costs(right_child); });
@@ -48,9 +43,8 @@ void Collapse::find_costs(std::uint32_t node) {
         own.cost[0] = static_cast<float>(half_area(nodes_[node].box));
         return;
     }
-    // own[i] = min over k of left[k - 1] + right[i - k], the k slots of the left child ascending,
-    // for all i at once: right[i - k] is infinite for k > i. More slots than a subtree has leaves
-    // make it no cheaper.
+    // own[i] = min over k of left[k - 1] + right[i - k], for all i at once: right[i - k] is
+    // infinite for k > i. More slots than a subtree has leaves make it no cheaper.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::array<float, kWidth>& left = costs_[left_child].cost;
     std::array<float, 2 * kWidth> right;

@@ -26,19 +26,16 @@ private:
 /// wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
-    /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while
-    /// this object lives. Runs in the calling thread's arena.
+    /// Keeps the costs in `room` if that is large enough. Runs in the calling thread's arena.
     explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
-    /// Returns the 2 to 16 children of the wide node that an inner binary node becomes. The subtree
-    /// will fit in `levels_left` wide levels, this one included, if its height is at most
-    /// 4 * levels_left.
+    /// Returns the 2 to 16 children of the wide node that an inner binary node becomes. If its
+    /// height is at most 4 * levels_left, it fits in so many wide levels, this one included.
     WideChildren children(std::uint32_t node, std::uint32_t levels_left) const;
 
 private:
     struct Costs {
-        /// cost[i]: cost of the subtree's wide nodes if it may fill up to i + 1 slots of its
-        /// parent.
+        /// cost[i]: that of the subtree's wide nodes if it fills up to i + 1 slots of its parent.
         alignas(16) std::array<float, kWidth> cost;
         /// How many of those slots the left child gets; 0: the node takes a single slot.
         std::array<std::uint8_t, kWidth> left_slots;

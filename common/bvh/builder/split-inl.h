@@ -255,9 +255,8 @@ HWY_INLINE Split best_boundary(const Bins& bins) {
     return splits.best();
 }
 
-/// Whether a ref is left of a boundary of bins. Comparing with the position, which is in [1,
-/// kBins), gives the same sides as the bins do: neither rounding down nor clamping to [0, kBins -
-/// 1] takes a number past such an integer.
+/// Whether a ref is left of a boundary of bins. Comparing with the position, in [1, kBins), gives
+/// the sides of the bins: neither rounding down nor clamping takes a number past such an integer.
 class LeftOf {
 public:
     HWY_INLINE LeftOf(const Split& split, const Binning& binning)

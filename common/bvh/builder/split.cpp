@@ -104,7 +104,6 @@ bool share_an_edge(const uvec3& a, const uvec3& b) {
 // The largest area of a pair's box, as a part of the sum of the areas of both boxes. A smaller part
 // makes fewer pairs, a larger one trees that cost up to 4 % more (lab/notes/build_and_refit.md).
 constexpr float kPairArea = 0.75f;
-
 // Triangles of a task, whatever the number of threads.
 constexpr std::size_t kPairingTask = 2048;
 

@@ -17,9 +17,8 @@ namespace mray {
 
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
 /// floats: lower x y z, id, -upper x y z, half the area. The union of two boxes is then one
-/// minimum. The id is stored as the bits of a large float. So arithmetic on all eight floats at
-/// once is never slowed down by a denormal number or a NaN. A pair has the box of two triangles,
-/// prim_id() and the one after it.
+/// minimum. The id is stored as the bits of a large float: denormal numbers and NaNs are slow. A
+/// pair has the box of two triangles, prim_id() and the one after it.
 struct alignas(32) PrimRef {
     float planes[8];
 
@@ -85,9 +84,8 @@ struct PartSize {
 // Each function divides refs, which ascend by prim_id, in two, each ascending by prim_id, and
 // returns the size of the first part. It writes that to out[0 ..), the second from as many refs on
 // as the first has triangles: `out`, elsewhere, has room for a ref a triangle. It returns 0 and
-// writes nothing where all centroids coincide. Which triangles go where depends on the set alone,
-// neither on threads nor on the target: equal costs are decided by axis, then position; equal
-// centroids by prim_id.
+// writes nothing where all centroids coincide. The result depends on the set alone, neither on
+// threads nor on the target: equal costs are decided by axis, then position; centroids by prim_id.
 
 /// Bins over the bounds of the centroids (I. Wald. On fast construction of SAH-based bounding
 /// volume hierarchies. 2007). Parallel for large sets.
@@ -116,14 +114,11 @@ struct Split {
 // The cost of the node that a part is in, in triangle tests. Trees come out 0.4 to 2 % cheaper than
 // with 0; still more makes cheaper ones, but of smaller leaves (lab/notes/build_and_refit.md).
 inline constexpr float kPartCost = 12;
-
-// Bins an axis: more would make the build 7 % slower and the tree no better
-// (lab/notes/build_and_refit.md).
+// Bins an axis: more make the build 7 % slower, the tree no better (lab/notes/build_and_refit.md).
 inline constexpr std::size_t kBins = 16;
 
 /// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
-/// [0, kBins - 1] and rounded down. Lane 3 is 0. All refs that do not differ along an axis are in
-/// its first bin.
+/// [0, kBins - 1] and rounded down. Lane 3 and axes along which no refs differ have scale 0.
 struct Binning {
     /// bounds: those of twice the centroids.
     explicit Binning(const Box& bounds) {
@@ -139,7 +134,7 @@ struct Binning {
     alignas(16) float scale[4] = {};
 };
 
-/// The triangles in a bin of each axis. The size is a power of two, which makes for a fast address.
+/// The triangles in a bin of each axis. The size is a power of two, for a fast address.
 struct alignas(32) Bin {
     /// The union of the boxes, as in PrimRef.
     float planes[3][8];
@@ -153,26 +148,22 @@ using Bins = std::array<Bin, kBins>;
 
 /// Divides refs as split_binned does, but the larger boxes from the smaller ones, if that costs
 /// less than `other`, a split of the same set; otherwise returns a size of 0. It helps where a few
-/// boxes are large, as those of walls and beams in a room: then both sides of any plane have large
-/// boxes. triangles: how many the set has. largest: an upper bound of the areas of its boxes, which
-/// this may lower to the largest area.
+/// boxes are large, as those of walls in a room. `triangles`: of the set. `largest`: an upper bound
+/// of the areas of its boxes, which this may lower to the largest area.
 PartSize split_by_area(std::span<const PrimRef> refs, PrimRef* out, std::size_t triangles,
                        const PartSize& other, float& largest);
 
 /// The largest area of a box; 0 for no refs.
 float largest_area(std::span<const PrimRef> refs);
 
-// ---- Refs of two triangles each, such as the halves of a quadrangle: they halve the work of
-// splits
+// ---- Refs of two triangles each, such as halves of a quadrangle, which halve the work of splits
 
-/// Makes pairs of neighbours in the list that share one edge and whose common box is small; the
-/// others stay as they are. refs are triangles of the topology, each the one after the last.
-/// Returns how many refs are left, at the beginning and in order.
+/// Makes pairs of neighbours that share one edge and whose common box is small. refs are triangles
+/// with ascending ids without gaps. Returns how many refs are left, at the beginning and in order.
 std::size_t pair_refs(const Topology& topology, std::span<PrimRef> refs);
 
-/// Makes the refs of all triangles, which are the same for any number of threads, in one of two
-/// arrays with room for a ref a triangle; returns them. Throws Error(kCancelled) soon after the
-/// watch asks for it.
+/// Makes the refs of all triangles, the same for any number of threads, in one of two arrays with
+/// room for a ref a triangle. Throws Error(kCancelled) soon after the watch asks for it.
 std::span<PrimRef> make_paired_refs(const Topology& topology, std::span<const vec3> positions,
                                     PrimRef* first, PrimRef* second, const SimdTarget& target,
                                     const Watch& watch);
