@@ -38,8 +38,7 @@ public:
     ImageTracer(Context& context, Kernels& kernels, RayPasses& passes)
         : context_(context), kernels_(kernels), passes_(passes) {}
 
-    /// Throws Error(kCancelled) between submissions, which take tens of milliseconds if the watch
-    /// can cancel.
+    /// A watch can cancel between submissions, which then take tens of milliseconds.
     void trace(const ImageParams& params, Frame& frame, BackendTimes& times, const Watch& watch);
 
 private:

@@ -15,8 +15,7 @@ namespace mray::gpu {
 
 class Kernel {
 public:
-    /// `steps` is the budget of a lane (kConstantStepBudget); with the arguments `nothing` a
-    /// workgroup writes nothing.
+    /// `steps`: kConstantStepBudget. With the arguments `nothing` a workgroup writes nothing.
     template <class Arguments>
     Kernel(std::span<const std::uint32_t> spirv, std::uint32_t steps, const Arguments& nothing)
         : spirv_(spirv), steps_(steps) {
@@ -58,8 +57,7 @@ public:
     /// Makes kernels of this object ready to be dispatched, until the resources change. New ones,
     /// the fastest to compile first, are compiled in two threads and dispatched once over nothing,
     /// since lavapipe finishes compiling at the first dispatch: times exclude compiling. Deferred
-    /// work runs meanwhile. Throws Error, and can then be called again: Error(kCancelled) between
-    /// two kernels.
+    /// work runs meanwhile. After an Error, such as kCancelled, it can be called again.
     void prepare(const std::vector<Kernel*>& needed, const Watch& watch = {});
 
 private:

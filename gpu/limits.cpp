@@ -60,16 +60,6 @@ void check_bytes(const PhysicalDevice& device, const SceneSize& scene) {
     }
 }
 
-/// The sizes of the tuning, or by the device: a GPU is filled, if it has memory for that.
-PassSize wanted_size(const PhysicalDevice& device, const Tuning& tuning) {
-    constexpr std::uint64_t kRoomy = std::uint64_t{4} << 30;
-    const bool is_large = device.info.type != "cpu" && device.info.memory_bytes >= kRoomy;
-    PassSize size = {tuning.tiles_per_dispatch, tuning.resume_slots};
-    if (size.tiles == 0) size.tiles = is_large ? 32768 : 4096;
-    if (size.resume_slots == 0) size.resume_slots = is_large ? 32768 : 4096;
-    return size;
-}
-
 }  // namespace
 
 BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning) {
@@ -114,7 +104,12 @@ PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {
     }
     const std::uint64_t range = limits.maxStorageBufferRange;
     const std::uint64_t room = range - std::min<std::uint64_t>(range, sizeof(WorkHeader));
-    const PassSize wanted = wanted_size(device, tuning);
+    // A GPU is filled, if it has memory for that.
+    constexpr std::uint64_t kRoomy = std::uint64_t{4} << 30;
+    const bool is_large = device.info.type != "cpu" && device.info.memory_bytes >= kRoomy;
+    PassSize wanted = {tuning.tiles_per_dispatch, tuning.resume_slots};
+    if (wanted.tiles == 0) wanted.tiles = is_large ? 32768 : 4096;
+    if (wanted.resume_slots == 0) wanted.resume_slots = is_large ? 32768 : 4096;
     const std::uint64_t tiles = std::min<std::uint64_t>({
         wanted.tiles,
         room / (kGroupSize * sizeof(Suspended)),

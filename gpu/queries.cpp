@@ -62,13 +62,14 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 std::uint32_t Queries::run(const char* what, Kernel& kernel, std::uint32_t flags,
                            std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});
-    const std::uint32_t found = passes_.answer(what, kernel,
-                                               {.first = 0,
-                                                .count = static_cast<std::uint32_t>(answers.size()),
-                                                .round = kRoundAll,
-                                                .flags = flags,
-                                                .repeated_count = scene_.repeated_count(),
-                                                .pair_room = pair_room()});
+    const std::uint32_t found =
+        passes_.answer(what, kernel,
+                       {.first = 0,
+                        .count = static_cast<std::uint32_t>(answers.size()),
+                        .round = kRoundAll,
+                        .flags = flags,
+                        .repeated_count = static_cast<std::uint32_t>(scene_.repeated().size()),
+                        .pair_room = pair_room()});
     transfer_.download(passes_.buffers()->hits.buffer, std::as_writable_bytes(answers));
     return found;
 }
@@ -183,7 +184,7 @@ void Queries::wind_part(const WindingQuery& query, std::size_t first, std::size_
     for (UncertainCrossing pair : pairs) {
         pair.point += static_cast<std::uint32_t>(first);
         query.uncertain.push_back(pair);
-        for (const RepeatedTriangle& repeat : scene_.repeats_of(pair.prim_id))
+        for (const RepeatedTriangle& repeat : repeats_of(scene_.repeated(), pair.prim_id))
             query.uncertain.push_back({pair.point, repeat.prim_id});
     }
 }

@@ -9,10 +9,8 @@
 namespace mray::gpu {
 namespace {
 
-// The most steps that traverse() (shaders/single_ray/traverse.glsl) counts for each node or leaf of
-// a tree, none of which is visited twice: 6 and its triangles for a visit; 1 for each pop that
-// finds an empty stack, at most one a visit; and 1 for the pop that takes its own entry off the
-// stack.
+// The most steps that traverse() (shaders/single_ray/traverse.glsl) counts for a node or leaf,
+// which it visits once: 6 and its triangles, 1 for a pop of an empty stack, and 1 for its own pop.
 constexpr std::uint64_t kStepsOfVisit = 6 + kLeafTriangles + 2;
 
 void copy_start(VkCommandBuffer commands, const Buffer& from, const Buffer& to, VkDeviceSize size) {

@@ -8,16 +8,13 @@
 #include <cstring>
 #include <utility>
 
+#include "common/bvh/box.h"
+
 namespace mray::gpu {
 namespace {
 
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
-
-template <class Values>
-std::span<const std::byte> bytes_of(const Values& values) {
-    return std::as_bytes(std::span(values));
-}
 
 /// Makes buffers with values in them.
 struct Filler {
@@ -28,8 +25,9 @@ struct Filler {
     template <class Values>
     ReadBuffer operator()(const char* name, const Values& values, VkFormat format = kWord,
                           bool is_written = false) const {
-        ReadBuffer buffer(device, kind, name, bytes_of(values).size(), format, 0, is_written);
-        transfer.upload(bytes_of(values), buffer.buffer);
+        const auto bytes = std::as_bytes(std::span(values));
+        ReadBuffer buffer(device, kind, name, bytes.size(), format, 0, is_written);
+        transfer.upload(bytes, buffer.buffer);
         return buffer;
     }
 };
@@ -73,16 +71,64 @@ const AlignedVector<Leaf>& leaves_of(const Bvh& bvh) {
     return bvh.leaves.empty() ? kNone : bvh.leaves;
 }
 
+// Dispatches of 2^22 leaves or nodes stay short.
+constexpr std::uint32_t kMaxGroups = 1u << 20;
+constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
+// A dispatch or a copy takes 10 to 65 us on lavapipe, as long as the refit of some thousand leaves.
+// So ranges are few, and gaps between them are filled.
+constexpr std::size_t kMostRanges = 8;
+
+/// Vertices whose positions have to go to the device.
+std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
+    const auto count = static_cast<std::uint32_t>(pose.positions().size());
+    if (plan.all && count > 0) return {{0, count}};
+    std::vector<IndexRange> ranges = covering_ranges(pose.moved_blocks(), kMostRanges);
+    for (IndexRange& range : ranges)
+        range = {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, count)};
+    return ranges;
+}
+
+struct RefitDispatch {
+    const Kernel* kernel;
+    RefitArguments arguments;
+};
+
+/// The dispatches of a plan in their order: leaves, then nodes level by level, the lowest first.
+std::vector<RefitDispatch> dispatches_of(const Context& context, const Kernels& kernels,
+                                         const SceneBuffers& scene, const RefitPlan& plan) {
+    std::vector<RefitDispatch> dispatches;
+    if (plan.leaf_count == 0) return dispatches;
+    const std::uint32_t most =
+        kItemsOfGroup * std::min(context.physical().limits.maxComputeWorkGroupCount[0], kMaxGroups);
+    const auto add = [&](const Kernel& kernel, IndexRange range) {
+        for (std::uint32_t first = range.begin; first < range.end; first += most)
+            dispatches.push_back({&kernel, {first, std::min(range.end - first, most)}});
+    };
+    if (plan.all) add(kernels.refit_leaves, {0, scene.leaf_count()});
+    for (const IndexRange range : covering_ranges(plan.parts.leaves, kMostRanges))
+        add(kernels.refit_leaves, range);
+    const std::vector<std::uint32_t>& levels = scene.level_begin();
+    const std::vector<std::uint32_t>& moved = plan.parts.nodes;
+    for (std::size_t level = levels.size() - 2; level > 0; --level) {
+        IndexRange range = {levels[level], levels[level + 1]};
+        if (!plan.all) {
+            const auto first = std::ranges::lower_bound(moved, range.begin);
+            const auto last = std::ranges::lower_bound(moved, range.end);
+            if (first == last) continue;
+            range = {*first, *(last - 1) + 1};
+        }
+        add(kernels.refit_nodes, range);
+    }
+    // The root has no parent, but quarters.
+    add(kernels.refit_nodes, {0, 1});
+    return dispatches;
+}
+
 }  // namespace
 
 Bvh empty_tree() {
     Bvh bvh;
-    Node& root = bvh.nodes.emplace_back();
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-        root.lower_x[slot] = root.lower_y[slot] = root.lower_z[slot] = kEmptyPlane;
-        root.upper_x[slot] = root.upper_y[slot] = root.upper_z[slot] = -kEmptyPlane;
-        root.child[slot] = kEmptyChild;
-    }
+    clear_slots(bvh.nodes.emplace_back(), 0);
     bvh.node_parents = {kNoParent};
     bvh.level_begin = {0, 1};
     return bvh;
@@ -186,71 +232,11 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     tree_.repeated_texels.bind(bindings, kBindRepeated);
     tree_.quarters.bind(bindings, kBindQuarters);
     tree_.groups.bind(bindings, kBindGroups);
-    tree_.nodes.bind_words(bindings, kBindNodeWords);
-    tree_.leaves.bind_words(bindings, kBindLeafWords);
-    tree_.quarters.bind_words(bindings, kBindQuarterWords);
-    tree_.groups.bind_words(bindings, kBindGroupWords);
+    tree_.nodes.bind(bindings, kBindNodeWords, true);
+    tree_.leaves.bind(bindings, kBindLeafWords, true);
+    tree_.quarters.bind(bindings, kBindQuarterWords, true);
+    tree_.groups.bind(bindings, kBindGroupWords, true);
 }
-
-namespace {
-
-// Dispatches of 2^22 leaves or nodes stay short.
-constexpr std::uint32_t kMaxGroups = 1u << 20;
-constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
-
-// A dispatch or a copy takes 10 to 65 us on lavapipe, as long as the refit of some thousand leaves.
-// So ranges are few, and gaps between them are filled.
-constexpr std::size_t kMostRanges = 8;
-
-/// Vertices whose positions have to go to the device.
-std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
-    const auto count = static_cast<std::uint32_t>(pose.positions().size());
-    if (plan.all && count > 0) return {{0, count}};
-    std::vector<IndexRange> ranges = covering_ranges(pose.moved_blocks(), kMostRanges);
-    for (IndexRange& range : ranges) {
-        range = {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, count)};
-    }
-    return ranges;
-}
-
-struct RefitDispatch {
-    const Kernel* kernel;
-    RefitArguments arguments;
-};
-
-/// The dispatches of a plan in their order: leaves, then nodes level by level, the lowest first.
-std::vector<RefitDispatch> dispatches_of(const Context& context, const Kernels& kernels,
-                                         const SceneBuffers& scene, const RefitPlan& plan) {
-    std::vector<RefitDispatch> dispatches;
-    if (plan.leaf_count == 0) return dispatches;
-    const std::uint32_t most =
-        kItemsOfGroup * std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups);
-    const auto add = [&](const Kernel& kernel, IndexRange range) {
-        for (std::uint32_t first = range.begin; first < range.end; first += most)
-            dispatches.push_back({&kernel, {first, std::min(range.end - first, most)}});
-    };
-    const std::vector<IndexRange> leaves = plan.all
-                                               ? std::vector{IndexRange{0, scene.leaf_count()}}
-                                               : covering_ranges(plan.parts.leaves, kMostRanges);
-    for (const IndexRange range : leaves) add(kernels.refit_leaves, range);
-    const std::vector<std::uint32_t>& levels = scene.level_begin();
-    const std::vector<std::uint32_t>& moved = plan.parts.nodes;
-    for (std::size_t level = levels.size() - 2; level > 0; --level) {
-        IndexRange range = {levels[level], levels[level + 1]};
-        if (!plan.all) {
-            const auto first = std::ranges::lower_bound(moved, range.begin);
-            const auto last = std::ranges::lower_bound(moved, range.end);
-            if (first == last) continue;
-            range = {*first, *(last - 1) + 1};
-        }
-        add(kernels.refit_nodes, range);
-    }
-    // The root has no parent, but quarters.
-    add(kernels.refit_nodes, {0, 1});
-    return dispatches;
-}
-
-}  // namespace
 
 Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan) {

@@ -24,21 +24,15 @@ public:
     std::uint32_t triangle_count() const { return triangle_count_; }
     std::uint32_t node_count() const { return tree_.level_begin.back(); }
     std::uint32_t leaf_count() const { return tree_.leaf_count; }
-    std::uint32_t repeated_count() const {
-        return static_cast<std::uint32_t>(tree_.repeated.size());
-    }
-    std::span<const RepeatedTriangle> repeats_of(std::uint32_t first) const {
-        return mray::repeats_of(tree_.repeated, first);
-    }
+    const std::vector<RepeatedTriangle>& repeated() const { return tree_.repeated; }
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
     /// Sets ranges of the positions. Returns commands that kernels must wait for, or nothing if the
     /// host writes device memory. Call it again only after these have run or were dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
-    /// Replaces the tree by one over the same triangles. Kernels must be bound again, and a refit
-    /// of all must follow, which makes the boxes of quarters and groups. An exception changes
-    /// nothing.
+    /// Replaces the tree by one over the same triangles, or throws. Kernels must be bound again,
+    /// and a refit of all must follow, which makes the boxes of quarters and groups.
     void set_tree(Transfer& transfer, const Bvh& bvh);
     /// Reads nodes and leaves back, into a tree that has as many.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
@@ -77,8 +71,7 @@ private:
 };
 
 /// Sets the positions that the plan needs: moved ones, or all. Returns commands that refit the
-/// present scene by the plan, or nothing. They may write further leaves and nodes, with the same
-/// bytes.
+/// present scene by the plan and may write the same bytes to further leaves and nodes, or nothing.
 Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan);
 

@@ -39,13 +39,6 @@ PhysicalDevice choose(const std::vector<PhysicalDevice>& devices, const std::str
     return devices[choose_device(infos_of(devices), wanted)];
 }
 
-std::shared_ptr<SharedDevice> make_alone(const VulkanConfig& config, const Tuning& tuning) {
-    auto instance = std::make_shared<Instance>(config.validate, tuning.loader, tuning.log);
-    PhysicalDevice physical = choose(physical_devices(*instance), config.device);
-    return std::make_shared<SharedDevice>(std::move(instance), std::move(physical),
-                                          tuning.force_staging);
-}
-
 }  // namespace
 
 std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuning& tuning) {
@@ -54,7 +47,10 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
     const std::scoped_lock lock(all.mutex);
     if (config.validate || tuning.loader != nullptr || tuning.log != nullptr ||
         tuning.force_staging) {
-        return make_alone(config, tuning);
+        auto instance = std::make_shared<Instance>(config.validate, tuning.loader, tuning.log);
+        PhysicalDevice physical = choose(physical_devices(*instance), config.device);
+        return std::make_shared<SharedDevice>(std::move(instance), std::move(physical),
+                                              tuning.force_staging);
     }
     all.start();
     PhysicalDevice physical = choose(all.physical, config.device);

@@ -19,11 +19,10 @@ DeviceInfo find_device(const std::string& device);
 /// A device with its pipelines, which backends share.
 struct SharedDevice;
 
-/// The device that `config` names: made when it is first opened and, after it was lost, when it is
-/// next opened, and kept until the process ends. A device that is validated, or tuned in its
-/// loader, log or staging, is made for the caller alone, and ends with its last user. Throws
-/// Error(kUnavailable) as list_devices(), and for: no such device, an ambiguous name, a device that
-/// lacks a feature, a validation layer that is not installed. Threads may call it at the same time.
+/// The device that `config` names, kept until the process ends, and made anew after it was lost. A
+/// device that is validated, or tuned in its loader, log or staging, is made for the caller alone.
+/// Throws Error(kUnavailable) as list_devices(), and for: no such device, an ambiguous name, a
+/// device that lacks a feature, no validation layer. Threads may call it at the same time.
 std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuning& tuning = {});
 /// Whether work on the device failed for good; open_device() then makes another.
 bool is_lost(const SharedDevice& device);

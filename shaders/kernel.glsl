@@ -13,9 +13,10 @@ spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [44
 
 #include "shaders/kernel_interface.h"
 
-// Buffers that kernels read. Lavapipe reads texels three times as fast as storage buffers: storage
-// texels in place, uniform ones by a call. A GPU reads storage buffers as fast, and these may have more
-// than 2^27 elements.
+layout(local_size_x = kGroupSize) in;
+
+// Buffers that kernels read. Lavapipe reads texels three times as fast as storage buffers, and storage
+// texels in place; a GPU reads storage buffers as fast, which may have more than 2^27 elements.
 //   READ4, READ4_IN_PLACE, READ3, READ1   declare a buffer of uvec4, uvec3 or uint
 //   AT4, AT4_IN_PLACE, AT3, AT1           read element i of it
 #ifdef STORAGE_BUFFERS
@@ -42,27 +43,19 @@ spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [44
 #endif
 
 Ray ray_from(uvec4 first, uvec4 second) {
-    Ray ray;
-    ray.org = uintBitsToFloat(first.xyz);
-    ray.tnear = uintBitsToFloat(first.w);
-    ray.dir = uintBitsToFloat(second.xyz);
-    ray.tfar = uintBitsToFloat(second.w);
-    return ray;
+    vec4 start = uintBitsToFloat(first);
+    vec4 way = uintBitsToFloat(second);
+    return Ray(start.xyz, start.w, way.xyz, way.w);
 }
 
 Hit hit_from(uvec4 words) {
-    Hit hit;
-    hit.t = uintBitsToFloat(words.x);
-    hit.u = uintBitsToFloat(words.y);
-    hit.v = uintBitsToFloat(words.z);
-    hit.prim_id = words.w;
-    return hit;
+    vec3 place = uintBitsToFloat(words.xyz);
+    return Hit(place.x, place.y, place.z, words.w);
 }
 
-/// Permutes workgroups so that two neighbours go to different halves of the grid: some regions of an
-/// image take longer than others, and a thread of lavapipe takes a contiguous part of a dispatch.
-/// A. Thue's sequence chooses the half: with plain alternation the halves would be columns of the
-/// image if a row has an even number of workgroups.
+/// Permutes workgroups so that two neighbours go to different halves of the grid: a thread of lavapipe
+/// takes a contiguous part of a dispatch, and some take longer. A. Thue's sequence chooses the half:
+/// plain alternation would make columns of an image whose rows have an even number of workgroups.
 uint spread_group(uint group, uint count) {
 #ifdef STORAGE_BUFFERS
     return group;

@@ -1,6 +1,5 @@
 // The interface of host and kernels: binding numbers, sizes, arguments, and the records that
-// kernels pass on. (The scene's layout is in common/interop/bvh_layout.h.)
-// tests/shaders/spirv_test.cpp compares the offsets with those of the compiled SPIR-V.
+// kernels pass on; tests/shaders/spirv_test.cpp compares its offsets with those in the SPIR-V.
 #ifndef SHADERS_KERNEL_INTERFACE_H
 #define SHADERS_KERNEL_INTERFACE_H
 
@@ -11,11 +10,8 @@
 SHARED_BEGIN
 
 // Binding numbers; a kernel's SPIR-V tells the host which of them it uses, and as what. Floats
-// travel as integers, so that no device may change their bits.
-//
-// Buffers that are only read are texels or storage buffers (kernel.glsl). A kernel of texels uses
-// at most the four storage texel buffers and the four storage buffers that every device supports; a
-// kernel of storage buffers binds at most 10.
+// travel as integers, so that no device may change their bits. Every device supports four storage
+// texel buffers and four storage buffers (kernel.glsl); a kernel of storage buffers uses up to 10.
 SHARED_CONST uint kBindNodes = 0u;            // uvec4, in place
 SHARED_CONST uint kBindLeaves = 1u;           // uvec4, in place
 SHARED_CONST uint kBindPositions = 2u;        // uvec4, the last word 0; or three words each
@@ -50,8 +46,7 @@ SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
 // The boxes of the four quarters of a node (slots 0 to 3, ...), and of the four groups of a leaf's
 // triangles: lower x of the four, upper x, lower y, ... The refit makes each contain the padded
-// boxes of its contents. A ray tests them first, and then only the contents of those that it meets:
-// 16 boxes and triangles together cost as much as two levels of a binary tree.
+// boxes of its contents. A ray tests them first, and then only the contents of those that it meets.
 SHARED_CONST uint kQuarterVec4s = 6u;
 
 // The parent of the root: kNoParent.
@@ -65,16 +60,13 @@ SHARED_CONST uint kLeastShadedTileBits = 5u;
 SHARED_CONST uint kMostShadedTileBits = 8u;
 
 // Specialisation constant 0: the iterations before a lane suspends its ray, which `resume`
-// continues.
-//
-// Lavapipe (Mesa 22.3 to 25.0) silently ends the loops of an invocation after 65,535 iterations
-// together. Its invocation is a vector of at most 16 lanes, and at least one lane counts each
-// iteration. A lane exceeds its budget by less than 400 (a leaf, a stack of pops). Saving and
-// loading a suspended ray and drawing a direction take fewer than 1000 iterations for all lanes
-// together: 16 * (3500 + 400) + 1000 < 65,535. For queries, a search among repeated triangles takes
-// fewer than kRepeatsSteps iterations, loading and saving a state some 490, and a lane exceeds its
-// budget by less than 350: 16 * (3000 + 350 + 70 + 490) + 300 < 65,535. A GPU has far larger
-// budgets, so that no dispatch takes seconds.
+// continues. Lavapipe (Mesa 22.3 to 25.0) silently ends the loops of an invocation, at most 16
+// lanes, after 65,535 iterations together, each of which at least one lane counts. A lane exceeds
+// its budget by less than 400 (a leaf, a stack of pops). Saving and loading a suspended ray and
+// drawing a direction take fewer than 1000 for all lanes: 16 * (3500 + 400) + 1000 < 65,535. For
+// queries, a search among repeated triangles takes fewer than kRepeatsSteps, loading and saving a
+// state some 490, and a lane exceeds its budget by less than 350:
+// 16 * (3000 + 350 + 70 + 490) + 300 < 65,535. A GPU has far larger budgets.
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 SHARED_CONST uint kQueryStepBudget = 3000u;

@@ -23,7 +23,8 @@ HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, st
         visit(prim_id, hit);
         if (bvh.repeated.empty()) [[likely]]
             return false;
-        for (const RepeatedTriangle& repeat : repeats_of(bvh, prim_id)) visit(repeat.prim_id, hit);
+        for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
+            visit(repeat.prim_id, hit);
         return false;
     });
 }

@@ -15,7 +15,6 @@ constexpr VkDeviceSize kStagingBytes = VkDeviceSize{8} << 20;
 
 // The start, the deferred work, and the stages.
 constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
-
 constexpr VkPipelineStageFlags kWork =
     VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
 constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
@@ -44,16 +43,13 @@ Context::Context(Device& device, std::uint64_t timeout_ms)
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
         .commandPool = pool_.get(),
         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-        .commandBufferCount = 1,
-    };
+        .commandBufferCount = 1};
     check(vkAllocateCommandBuffers(device.get(), &commands, &commands_),
           "allocate a command buffer");
     if (physical().timestamp_bits != 0) {
-        const VkQueryPoolCreateInfo queries = {
-            .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-            .queryType = VK_QUERY_TYPE_TIMESTAMP,
-            .queryCount = kStampCount,
-        };
+        const VkQueryPoolCreateInfo queries = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                               .queryType = VK_QUERY_TYPE_TIMESTAMP,
+                                               .queryCount = kStampCount};
         queries_ = {device.get(), vkCreateQueryPool, queries, "create a query pool"};
     }
     device_.throw_on_validation_errors();
@@ -61,10 +57,8 @@ Context::Context(Device& device, std::uint64_t timeout_ms)
 
 void Context::record_all(const Record& record, const Deferred* deferred) {
     check(vkResetCommandPool(device_.get(), pool_.get(), 0), "reset the command pool");
-    const VkCommandBufferBeginInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
-    };
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                           .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
     check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
     // Writer: kernels and copies of earlier submissions; reader: kernels and copies of this one.
     // The fence has made the writes available, but not visible to the device.
@@ -102,11 +96,9 @@ std::vector<double> Context::submit_stages(const char* what, const Record& recor
     const Stopwatch watch;
     const VkFence fence = fence_.get();
     check(vkResetFences(device_.get(), 1, &fence), "reset a fence");
-    const VkSubmitInfo submission = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands_,
-    };
+    const VkSubmitInfo submission = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                     .commandBufferCount = 1,
+                                     .pCommandBuffers = &commands_};
     device_.submit(submission, fence);
     wait(what);
     std::vector<double> stages = stage_ms(watch.ms());
@@ -160,8 +152,8 @@ std::vector<double> Context::stage_ms(double wall_ms) const {
     const std::uint64_t mask = bits >= 64 ? ~0ull : (1ull << bits) - 1;
     for (std::size_t i = 0; i < stages.size(); ++i) {
         const std::uint64_t elapsed = (ticks[i + 1] - ticks[i]) & mask;
-        stages[i] =
-            static_cast<double>(elapsed) * static_cast<double>(limits().timestampPeriod) * 1e-6;
+        stages[i] = static_cast<double>(elapsed) *
+                    static_cast<double>(physical().limits.timestampPeriod) * 1e-6;
     }
     return stages;
 }

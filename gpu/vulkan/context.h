@@ -21,14 +21,12 @@ public:
 
     Device& device() { return device_; }
     const PhysicalDevice& physical() const { return device_.physical(); }
-    const VkPhysicalDeviceLimits& limits() const { return device_.limits(); }
 
     /// Records, submits and waits; deferred work goes first. The commands see all writes of earlier
     /// submissions, and the host sees the writes of the commands. Returns the milliseconds of each
     /// stage of `record`, which stamp() separates; without timestamps the last is the whole wait.
-    /// `what` is a verb with its object, for errors. Throws Error(kDeviceLost) if the device is
-    /// lost or does not finish in time (it is then given up), and Error(kInternal) if the
-    /// validation layer reported an error.
+    /// `what` is a verb with its object, for errors: kDeviceLost if the device is lost or does not
+    /// finish in time (it is then given up), and kInternal for a validation error.
     std::vector<double> submit_stages(const char* what, const Record& record);
     /// submit_stages(), with the sum of the milliseconds.
     double submit(const char* what, const Record& record);

@@ -21,6 +21,8 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 /// The process that has made an instance.
 std::atomic<::pid_t> driver_process = 0;
 
+bool is_forked() { return driver_process != 0 && driver_process != ::getpid(); }
+
 /// The first call reports these two results for a driver that cannot be started and, in loader
 /// 1.3.239 but not 1.4.309, for a manifest that cannot be parsed.
 void check_loader(VkResult result, const char* action) {
@@ -90,112 +92,6 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
     return instance;
 }
 
-}  // namespace
-
-bool is_forked() { return driver_process != 0 && driver_process != ::getpid(); }
-
-void throw_if_forked() {
-    if (is_forked())
-        throw_unavailable("it does not survive a fork; start processes by spawn or exec");
-}
-
-void ValidationLog::add(std::string message) {
-    const std::lock_guard lock(mutex_);
-    messages_.push_back(std::move(message));
-}
-
-std::vector<std::string> ValidationLog::messages() const {
-    const std::lock_guard lock(mutex_);
-    return messages_;
-}
-
-void ValidationLog::throw_if_new() {
-    const std::lock_guard lock(mutex_);
-    if (reported_ == messages_.size()) return;
-    const std::string& first = messages_[reported_];
-    const std::size_t count = messages_.size() - reported_;
-    reported_ = messages_.size();
-    throw Error(ErrorKind::kInternal,
-                "Vulkan validation: " + std::to_string(count) + " error(s), the first: " + first);
-}
-
-VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
-    return {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = on_message,
-        .pUserData = this,
-    };
-}
-
-Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log)
-    : log_(log != nullptr ? *log : own_log_) {
-    load_library(loader);
-    driver_process = ::getpid();
-    const VkApplicationInfo application = {
-        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-        .pApplicationName = "morphray",
-        .apiVersion = VK_API_VERSION_1_2,
-    };
-    const VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
-    // The messenger in the chain receives messages from creation and destruction of the instance.
-    const VkValidationFeatureEnableEXT enabled =
-        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
-    const void* chain = &messenger;
-#ifdef VK_EXT_layer_settings
-    // Layers with settings look for missing barriers between shaders only if asked.
-    const VkBool32 is_on = VK_TRUE;
-    const VkLayerSettingEXT setting = {.pLayerName = kValidationLayer,
-                                       .pSettingName = "syncval_shader_accesses_heuristic",
-                                       .type = VK_LAYER_SETTING_TYPE_BOOL32_EXT,
-                                       .valueCount = 1,
-                                       .pValues = &is_on};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .pNext = chain,
-        .settingCount = 1,
-        .pSettings = &setting,
-    };
-    chain = &settings;
-#endif
-    const VkValidationFeaturesEXT features = {
-        .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
-        .pNext = chain,
-        .enabledValidationFeatureCount = 1,
-        .pEnabledValidationFeatures = &enabled,
-    };
-    const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    handle_ = create_instance({
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pNext = validate ? &features : nullptr,
-        .pApplicationInfo = &application,
-        .enabledLayerCount = validate ? 1u : 0u,
-        .ppEnabledLayerNames = &kValidationLayer,
-        .enabledExtensionCount = validate ? 1u : 0u,
-        .ppEnabledExtensionNames = &extension,
-    });
-    load_functions(handle_);
-    if (!validate) return;
-    // From this instance: volk's pointers may later be from an instance without debug utils.
-    const auto create =
-        function_of<PFN_vkCreateDebugUtilsMessengerEXT>(handle_, "vkCreateDebugUtilsMessengerEXT");
-    destroy_messenger_ = function_of<PFN_vkDestroyDebugUtilsMessengerEXT>(
-        handle_, "vkDestroyDebugUtilsMessengerEXT");
-    const VkResult result = create(handle_, &messenger, nullptr, &messenger_);
-    if (result == VK_SUCCESS) return;
-    vkDestroyInstance(handle_, nullptr);
-    throw_result(result, "create the validation messenger");
-}
-
-Instance::~Instance() {
-    if (is_forked()) return;
-    if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
-    vkDestroyInstance(handle_, nullptr);
-}
-
-namespace {
-
 /// The preferred first.
 constexpr std::pair<VkPhysicalDeviceType, const char*> kDeviceTypes[] = {
     {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, "discrete"},
@@ -212,8 +108,7 @@ const char* type_name(VkPhysicalDeviceType type) {
 }
 
 /// Whether lavapipe was told to use vectors of an unusual width. Mesa 25.0.7, unlike 22.3.6, then
-/// crashes (4 lanes: misaligned stores) or gives wrong results (16 lanes, unless
-/// GALLIVM_PERF=nopt turns LLVM's optimisations off).
+/// crashes (4 lanes: misaligned stores) or gives wrong results (16 lanes, by LLVM's optimiser).
 bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
                        std::uint32_t subgroup_size) {
     // Lavapipe's version number is always 1.
@@ -260,20 +155,16 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.max_allocation = maintenance.maxMemoryAllocationSize;
     device.info.uuid = fmt::format("{:02x}", fmt::join(id.deviceUUID, ""));
     device.info.subgroup_size = subgroup.subgroupSize;
-    if (has_driver) {
-        device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
-    }
+    if (has_driver) device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
     if (has_unsound_width(driver, subgroup.subgroupSize)) {
         return "it crashes or gives wrong results with such a width of vectors; unset "
                "LP_NATIVE_VECTOR_WIDTH";
     }
     if (!has_float_controls) return "it lacks VK_KHR_shader_float_controls";
-    if (floats.shaderRoundingModeRTEFloat32 == VK_FALSE) {
+    if (floats.shaderRoundingModeRTEFloat32 == VK_FALSE)
         return "it does not promise to round 32-bit floats to nearest";
-    }
-    if (floats.shaderSignedZeroInfNanPreserveFloat32 == VK_FALSE) {
+    if (floats.shaderSignedZeroInfNanPreserveFloat32 == VK_FALSE)
         return "it does not promise to keep signed zeros, infinities and NaNs of 32-bit floats";
-    }
     return "";
 }
 
@@ -368,7 +259,114 @@ std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std:
     return found;
 }
 
+/// Devices that were given up, with their instances: drivers must stay loaded.
+struct GivenUp {
+    std::mutex mutex;
+    std::map<VkDevice, std::shared_ptr<Instance>> devices;
+};
+
+/// Never destroyed, since handles of other static objects may end later.
+GivenUp& given_up() {
+    static GivenUp& all = *new GivenUp;
+    return all;
+}
+
 }  // namespace
+
+void throw_if_forked() {
+    if (is_forked())
+        throw_unavailable("it does not survive a fork; start processes by spawn or exec");
+}
+
+void ValidationLog::add(std::string message) {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back(std::move(message));
+}
+
+std::vector<std::string> ValidationLog::messages() const {
+    const std::lock_guard lock(mutex_);
+    return messages_;
+}
+
+void ValidationLog::throw_if_new() {
+    const std::lock_guard lock(mutex_);
+    if (reported_ == messages_.size()) return;
+    const std::string& first = messages_[reported_];
+    const std::size_t count = messages_.size() - reported_;
+    reported_ = messages_.size();
+    throw Error(ErrorKind::kInternal,
+                "Vulkan validation: " + std::to_string(count) + " error(s), the first: " + first);
+}
+
+VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
+    return {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = on_message,
+        .pUserData = this,
+    };
+}
+
+Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log)
+    : log_(log != nullptr ? *log : own_log_) {
+    load_library(loader);
+    driver_process = ::getpid();
+    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                           .pApplicationName = "morphray",
+                                           .apiVersion = VK_API_VERSION_1_2};
+    const VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
+    // The messenger in the chain receives messages from creation and destruction of the instance.
+    const VkValidationFeatureEnableEXT enabled =
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+    const void* chain = &messenger;
+#ifdef VK_EXT_layer_settings
+    // Layers with settings look for missing barriers between shaders only if asked.
+    const VkBool32 is_on = VK_TRUE;
+    const VkLayerSettingEXT setting = {.pLayerName = kValidationLayer,
+                                       .pSettingName = "syncval_shader_accesses_heuristic",
+                                       .type = VK_LAYER_SETTING_TYPE_BOOL32_EXT,
+                                       .valueCount = 1,
+                                       .pValues = &is_on};
+    const VkLayerSettingsCreateInfoEXT settings = {
+        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+        .pNext = chain,
+        .settingCount = 1,
+        .pSettings = &setting};
+    chain = &settings;
+#endif
+    const VkValidationFeaturesEXT features = {.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
+                                              .pNext = chain,
+                                              .enabledValidationFeatureCount = 1,
+                                              .pEnabledValidationFeatures = &enabled};
+    const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    handle_ = create_instance({
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pNext = validate ? &features : nullptr,
+        .pApplicationInfo = &application,
+        .enabledLayerCount = validate ? 1u : 0u,
+        .ppEnabledLayerNames = &kValidationLayer,
+        .enabledExtensionCount = validate ? 1u : 0u,
+        .ppEnabledExtensionNames = &extension,
+    });
+    load_functions(handle_);
+    if (!validate) return;
+    // From this instance: volk's pointers may later be from an instance without debug utils.
+    const auto create =
+        function_of<PFN_vkCreateDebugUtilsMessengerEXT>(handle_, "vkCreateDebugUtilsMessengerEXT");
+    destroy_messenger_ = function_of<PFN_vkDestroyDebugUtilsMessengerEXT>(
+        handle_, "vkDestroyDebugUtilsMessengerEXT");
+    const VkResult result = create(handle_, &messenger, nullptr, &messenger_);
+    if (result == VK_SUCCESS) return;
+    vkDestroyInstance(handle_, nullptr);
+    throw_result(result, "create the validation messenger");
+}
+
+Instance::~Instance() {
+    if (is_forked()) return;
+    if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
+    vkDestroyInstance(handle_, nullptr);
+}
 
 std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
     std::vector<VkPhysicalDevice> handles;
@@ -407,22 +405,6 @@ std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string
     return found.front();
 }
 
-namespace {
-
-/// Devices that were given up, with their instances: drivers must stay loaded.
-struct GivenUp {
-    std::mutex mutex;
-    std::map<VkDevice, std::shared_ptr<Instance>> devices;
-};
-
-/// Never destroyed, since handles of other static objects may end later.
-GivenUp& given_up() {
-    static GivenUp& all = *new GivenUp;
-    return all;
-}
-
-}  // namespace
-
 bool is_given_up(VkDevice device) {
     if (is_forked()) return true;
     GivenUp& all = given_up();
@@ -435,20 +417,17 @@ Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool
       physical_(std::move(physical)),
       force_staging_(force_staging) {
     const float priority = 1.0f;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueFamilyIndex = physical_.queue_family,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
+    const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                           .queueFamilyIndex = physical_.queue_family,
+                                           .queueCount = 1,
+                                           .pQueuePriorities = &priority};
     const char* const extension = VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME;
     const VkDeviceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
         .enabledExtensionCount = physical_.float_controls_is_extension ? 1u : 0u,
-        .ppEnabledExtensionNames = &extension,
-    };
+        .ppEnabledExtensionNames = &extension};
     check(vkCreateDevice(physical_.handle, &info, nullptr, &handle_), "create the device");
     vkGetDeviceQueue(handle_, physical_.queue_family, 0, &queue_);
 }

@@ -29,8 +29,7 @@ private:
     std::size_t reported_ = 0;
 };
 
-/// Whether a parent process made an instance before it forked: calls may wait for lost threads.
-bool is_forked();
+/// Throws if a parent process made an instance before it forked: calls may wait for lost threads.
 void throw_if_forked();
 
 /// Owns a VkInstance and, with validation, the messenger that fills its log. Constructors fill
@@ -75,8 +74,7 @@ std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 /// with the list of devices, if there is none, more than one, or if it is not usable.
 std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted);
 
-/// A device with its queue and memory, for all backends on it. Threads may share it. Objects made
-/// of it must not outlive it.
+/// A device with its queue and memory, which threads may share, and which outlives its objects.
 class Device {
 public:
     Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool force_staging);
@@ -86,7 +84,6 @@ public:
 
     VkDevice get() const { return handle_; }
     const PhysicalDevice& physical() const { return physical_; }
-    const VkPhysicalDeviceLimits& limits() const { return physical_.limits; }
 
     /// Submits commands, one thread at a time.
     void submit(const VkSubmitInfo& submission, VkFence fence);
@@ -96,8 +93,7 @@ public:
     /// Whether work on it failed for good: it is not used for new scenes.
     bool is_lost() const { return is_lost_; }
     void set_lost() { is_lost_ = true; }
-    /// set_lost() for a device that does not answer: nothing of it is ever destroyed, since it may
-    /// still write to its memory.
+    /// set_lost() for a device that does not answer: it may still write, so nothing is destroyed.
     void give_up();
 
     MemoryBlocks& memory() { return memory_; }

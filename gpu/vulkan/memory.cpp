@@ -33,13 +33,10 @@ VkDeviceSize padded_size(VkDeviceSize size) {
 }
 
 UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format) {
-    const VkBufferViewCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
-        .buffer = buffer.get(),
-        .format = format,
-        .offset = 0,
-        .range = buffer.size(),
-    };
+    const VkBufferViewCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+                                         .buffer = buffer.get(),
+                                         .format = format,
+                                         .range = buffer.size()};
     return {device.get(), vkCreateBufferView, info, "create a buffer view"};
 }
 
@@ -48,11 +45,9 @@ UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat forma
 MemoryBlock::MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size,
                          std::uint32_t type, bool is_mapped)
     : type_(type), free_{{0, size}} {
-    const VkMemoryAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .allocationSize = size,
-        .memoryTypeIndex = type,
-    };
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .allocationSize = size,
+                                       .memoryTypeIndex = type};
     VkDeviceMemory memory = VK_NULL_HANDLE;
     const VkResult result = vkAllocateMemory(device, &info, nullptr, &memory);
     if (result != VK_SUCCESS) {
@@ -143,8 +138,7 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size_,
         .usage = usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-        .sharingMode = VK_SHARING_MODE_EXCLUSIVE,
-    };
+        .sharingMode = VK_SHARING_MODE_EXCLUSIVE};
     buffer_ = UniqueBuffer(device.get(), vkCreateBuffer, info, "create a buffer");
     VkMemoryRequirements needs = {};
     vkGetBufferMemoryRequirements(device.get(), buffer_.get(), &needs);
@@ -170,13 +164,8 @@ ReadBuffer::ReadBuffer(Device& device, BufferKind kind, const char* name, VkDevi
     if (is_texels && is_written) words = texel_view(device, buffer, VK_FORMAT_R32_UINT);
 }
 
-void ReadBuffer::bind(Bindings& bindings, std::uint32_t number) const {
-    bindings.views[number] = view.get();
-    bindings.buffers[number] = buffer.get();
-}
-
-void ReadBuffer::bind_words(Bindings& bindings, std::uint32_t number) const {
-    bindings.views[number] = words.get();
+void ReadBuffer::bind(Bindings& bindings, std::uint32_t number, bool by_words) const {
+    bindings.views[number] = (by_words ? words : view).get();
     bindings.buffers[number] = buffer.get();
 }
 

@@ -88,8 +88,7 @@ MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
 class Buffer {
 public:
     Buffer() = default;
-    /// May be some bytes larger than `size`, and is never empty. Throws Error(kLimit), which names
-    /// it, if there is not enough memory.
+    /// May be some bytes larger than `size`. Throws Error(kLimit) without memory for it.
     Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
            Memory memory);
 
@@ -114,13 +113,11 @@ struct Bindings {
 /// A buffer that kernels read as texels or as storage, whichever is faster on the device.
 struct ReadBuffer {
     ReadBuffer() = default;
-    /// Texels are uniform ones, or storage texels if the buffer `is_written` by words too. `usage`
-    /// is further usage.
+    /// Texels are uniform ones, or storage texels if the buffer `is_written` by words too.
     ReadBuffer(Device& device, BufferKind kind, const char* name, VkDeviceSize size,
                VkFormat format, VkBufferUsageFlags usage = 0, bool is_written = false);
 
-    void bind(Bindings& bindings, std::uint32_t number) const;
-    void bind_words(Bindings& bindings, std::uint32_t number) const;
+    void bind(Bindings& bindings, std::uint32_t number, bool by_words = false) const;
 
     Buffer buffer;
     UniqueBufferView view;   // null for a storage buffer

@@ -91,8 +91,7 @@ Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
     const VkDescriptorSetLayoutCreateInfo set_info = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
         .bindingCount = static_cast<std::uint32_t>(bindings.size()),
-        .pBindings = bindings.data(),
-    };
+        .pBindings = bindings.data()};
     set_layout_ = {device.get(), vkCreateDescriptorSetLayout, set_info, "create a set layout"};
 
     const VkDescriptorSetLayout set_layout = set_layout_.get();
@@ -103,15 +102,13 @@ Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
         .setLayoutCount = 1,
         .pSetLayouts = &set_layout,
         .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &arguments,
-    };
+        .pPushConstantRanges = &arguments};
     layout_ = {device.get(), vkCreatePipelineLayout, layout_info, "create a pipeline layout"};
 
     const VkShaderModuleCreateInfo module_info = {
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
         .codeSize = spirv.size_bytes(),
-        .pCode = spirv.data(),
-    };
+        .pCode = spirv.data()};
     const UniqueShaderModule module(device.get(), vkCreateShaderModule, module_info,
                                     "create a shader module");
     std::vector<VkSpecializationMapEntry> entries;
@@ -121,8 +118,7 @@ Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
         .mapEntryCount = static_cast<std::uint32_t>(entries.size()),
         .pMapEntries = entries.data(),
         .dataSize = specialisation.size_bytes(),
-        .pData = specialisation.data(),
-    };
+        .pData = specialisation.data()};
     const VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -130,8 +126,7 @@ Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
                   .module = module.get(),
                   .pName = "main",
                   .pSpecializationInfo = &constants},
-        .layout = layout_.get(),
-    };
+        .layout = layout_.get()};
     VkPipeline pipeline = VK_NULL_HANDLE;
     check(vkCreateComputePipelines(device.get(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
           "create a compute pipeline");
@@ -147,16 +142,14 @@ BoundPipeline::BoundPipeline(Device& device, Pipeline& pipeline)
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
         .maxSets = 1,
         .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
-        .pPoolSizes = sizes.data(),
-    };
+        .pPoolSizes = sizes.data()};
     pool_ = {device_, vkCreateDescriptorPool, pool, "create a descriptor pool"};
     const VkDescriptorSetLayout layout = pipeline.set_layout();
     const VkDescriptorSetAllocateInfo set = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
         .descriptorPool = pool_.get(),
         .descriptorSetCount = 1,
-        .pSetLayouts = &layout,
-    };
+        .pSetLayouts = &layout};
     check(vkAllocateDescriptorSets(device_, &set, &set_), "allocate a descriptor set");
 }
 

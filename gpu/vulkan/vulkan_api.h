@@ -1,6 +1,5 @@
-// Vulkan's functions, its results as errors, and ownership of its objects. Functions are pointers
-// that volk fills at run time: the program starts without a Vulkan library, and tests make any call
-// fail.
+// Vulkan's functions, its results as errors, and ownership of its objects. volk fills pointers to
+// functions at run time: the program starts without a Vulkan library, and tests make any call fail.
 #pragma once
 
 #define VK_NO_PROTOTYPES
@@ -44,8 +43,7 @@ VkResult read_list(std::vector<Item>& items, List list) {
 
 bool is_given_up(VkDevice device);
 
-/// Owns a child of a device, and destroys it by volk's function pointer `*destroy`. Objects of a
-/// device that was given up stay.
+/// Owns a child of a device, which volk's `*destroy` destroys unless the device was given up.
 template <class Handle, auto* destroy>
 class UniqueHandle {
 public:

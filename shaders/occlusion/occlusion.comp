@@ -2,12 +2,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "shaders/single_ray/traverse.glsl"
-
-layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
 READ3(Positions, positions, kBindPositions);

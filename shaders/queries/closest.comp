@@ -1,10 +1,8 @@
-// The triangles closest to points (common/interop/closest_rule.h), one point a lane. The answer:
-// the bits of the squared distance, and the triangle; kNoPrim if there is none within the point's
-// fourth word, which has the bits of a squared distance.
+// The triangles closest to points (common/interop/closest_rule.h), one point a lane. The answer: the
+// bits of the squared distance, and the triangle; kNoPrim if none is as near as the point's fourth word.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
 #include "shaders/queries/visits.glsl"

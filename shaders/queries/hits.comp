@@ -4,7 +4,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/slab.h"
 #include "shaders/queries/visits.glsl"

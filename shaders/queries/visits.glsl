@@ -12,8 +12,6 @@ bool is_over(uint key);
 /// Returns the steps that it took besides one.
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id);
 
-layout(local_size_x = kGroupSize) in;
-
 layout(constant_id = kConstantStepBudget) const uint kSteps = kQueryStepBudget;
 layout(push_constant) uniform Arguments { QueryArguments args; };
 
@@ -124,9 +122,7 @@ uint visit_triangle() {
     uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
     uint steps = 1u;
     if (triangle < count) {
-        vec3 a;
-        vec3 b;
-        vec3 c;
+        vec3 a, b, c;
         leaf_triangle(at, triangle, a, b, c);
         steps += test_triangle(a, b, c, leaf_prim(at, triangle));
         triangle += 1u;

@@ -1,10 +1,8 @@
-// Crossings of half-lines that floats can decide (common/interop/winding_rule.h), one point a lane.
-// The answer: winding, number of crossings. Uncertain crossings are listed as pairs of a point and a
-// triangle, up to pair_room.
+// Crossings of half-lines that floats can decide (common/interop/winding_rule.h), one point a lane. The
+// answer: winding, number of crossings. Up to pair_room uncertain ones are listed: point, triangle.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/winding_rule.h"
 #include "shaders/queries/visits.glsl"
 

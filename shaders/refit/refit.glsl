@@ -3,8 +3,6 @@
 // 4). A leaf or a node has 16 lanes, one for each vertex or child, which read and write memory in
 // sequence; six of them reduce a plane each. An atomic climb would need one dispatch, but gives wrong
 // boxes on devices whose device-scope barriers fail in non-uniform control flow.
-layout(local_size_x = kGroupSize) in;
-
 layout(push_constant) uniform Arguments { RefitArguments args; };
 
 #ifdef STORAGE_BUFFERS

@@ -2,7 +2,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/slab.h"
 #include "shaders/refit/refit.glsl"
 

@@ -3,7 +3,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "shaders/refit/refit.glsl"
 
 READ1(NodeParents, node_parents, kBindNodeParents);

@@ -4,8 +4,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
 
-layout(local_size_x = kGroupSize) in;
-
 layout(push_constant) uniform Arguments { RegionArguments args; };
 READ4(FoundHits, found_hits, kBindFoundHits);
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };

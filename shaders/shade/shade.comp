@@ -2,12 +2,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/camera.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
-
-layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 READ3(Positions, positions, kBindPositions);
@@ -31,19 +28,14 @@ void main() {
     uvec2 tile_size = uvec2(1u << args.tile_bits, kShadedTilePixels >> args.tile_bits);
     uvec2 first = uvec2(tile % args.tile_columns, tile / args.tile_columns) * tile_size +
                   uvec2((begin & (tile_size.x - 1u)) + (lane & 7u), begin >> args.tile_bits);
-    uint index[4];
+    uint index[4], occluded[4], colours[4];
     uvec2 at[4];
-    bool is_within[4];
-    bool is_hit[4];
+    bool is_within[4], is_hit[4];
     Hit hits[4];
     uvec4 triangle[4];
-    uint occluded[4];
-    vec3 a[4];
-    vec3 b[4];
-    vec3 c[4];
+    vec3 a[4], b[4], c[4];
     Ray rays[4];
     Surface surfaces[4];
-    uint colours[4];
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         uvec2 pixel = first + uvec2(8u * i, 0u);
         is_within[i] = pixel.x < size.x && pixel.y < size.y;
@@ -63,12 +55,9 @@ void main() {
         b[i] = uintBitsToFloat(AT3(positions, triangle[i].y));
         c[i] = uintBitsToFloat(AT3(positions, triangle[i].z));
     }
-    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-        rays[i] = camera_ray(params.camera, at[i].x, at[i].y);
-    }
-    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) rays[i] = camera_ray(params.camera, at[i].x, at[i].y);
+    [[unroll]] for (uint i = 0u; i < 4u; ++i)
         surfaces[i] = surface_at(rays[i], hits[i], a[i], b[i], c[i]);
-    }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         uint count = params.rays == kRaysPrimary ? 0u : occluded[i];
         uint colour = shade(params, rays[i], surfaces[i], triangle[i].w, count);

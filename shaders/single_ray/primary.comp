@@ -2,11 +2,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-
 #include "common/interop/camera.h"
 #include "shaders/single_ray/traverse.glsl"
-
-layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 layout(std430, binding = kBindHits) writeonly buffer Hits { Hit hits[]; };

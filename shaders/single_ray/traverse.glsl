@@ -27,15 +27,7 @@ struct Traversal {
 };
 
 Traversal begin_traversal(Ray ray) {
-    Traversal t;
-    t.current = 0u;
-    t.stack_size = 0u;
-    t.best_prim = kNoPrim;
-    t.best.t = ray.tfar;
-    t.best.u = 0.0f;
-    t.best.v = 0.0f;
-    t.status = 0u;
-    return t;
+    return Traversal(0u, 0u, kNoPrim, TriangleHit(ray.tfar, 0.0f, 0.0f), 0u);
 }
 
 bool finished(Traversal t) { return t.current == kEmptyChild; }

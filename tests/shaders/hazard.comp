@@ -3,7 +3,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
 
-layout(local_size_x = kGroupSize) in;
 layout(push_constant) uniform Arguments { uint unused; };
 layout(std430, binding = kBindHits) readonly buffer From { uint from; };
 layout(std430, binding = kBindOcclusion) writeonly buffer To { uint to; };
