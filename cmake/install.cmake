@@ -3,8 +3,7 @@
 #   library   the shared library
 #   dev       headers, the packages for CMake and pkg-config, examples
 #   program   the program and those that it starts, its man page
-#   embree    the libraries in place of Embree's, and the program that starts others with them, if they
-#             are built (library/embree/CMakeLists.txt)
+#   embree    the libraries in place of Embree's, if they are built (library/embree/CMakeLists.txt)
 #   python    the Python package, if it is built (library/python/CMakeLists.txt); otherwise an error
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)

@@ -1,8 +1,7 @@
 # morphray_precompile(TARGET GROUP HEADER...): compiles these headers, and those of the standard library that
-# most files use, once for all targets of the group, which takes a third off their time. They have one level
-# of optimisation and the same definitions for Highway. A file still names every header that it uses: the
-# presets dev and tidy, and builds with a launcher such as ccache, which keeps single files, compile nothing
-# in advance.
+# most files use, once for all targets of the group, which agree in optimisation and Highway's definitions: a
+# third less time. A file still names every header that it uses: the presets dev and tidy, and builds with a
+# launcher such as ccache, compile nothing in advance.
 if(CMAKE_CXX_COMPILER_LAUNCHER)
     set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
 endif()
@@ -18,11 +17,10 @@ function(morphray_precompile target group)
         <fmt/format.h> ${ARGN})
 endfunction()
 
-# morphray_compile_together(TARGET [FOLDERS]), called when the target has its sources: compiles them as one, at
-# most 17 at a time, which leaves parts for several cores; with FOLDERS, those of each folder. That takes half
-# of the time where headers cost most. So names without linkage are unique there: another file's function that
-# fits better would be called without a word. Sources with options of their own, and those that Highway compiles
-# once an instruction set, are compiled one by one; so are all where nothing is compiled in advance.
+# morphray_compile_together(TARGET [FOLDERS]), called when the target has its sources: compiles at most 17 of
+# them as one, or those of each folder, which takes half of the time. So names without linkage are unique there:
+# another file's function that fits better would be called. Sources with options of their own, and those that
+# Highway compiles once an instruction set, stay alone; so do all where nothing is compiled in advance.
 function(morphray_compile_together target)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)

@@ -1,8 +1,6 @@
 # Functions that the scripts share: install what is missing, configure, build. To be sourced by
 # bash with `root` set to the checkout; a first argument --no-install is taken from the script's
-# arguments. Exit codes are the program's (docs/guide/options.md): 4 when packages cannot be had, 70
-# when the build fails.
-
+# arguments. Exit codes (docs/guide/options.md): 4 when packages cannot be had, 70 for a failed build.
 : "${root:?}"
 build_targets=()
 install=yes
@@ -26,9 +24,10 @@ say() { printf 'morphray: %s\n' "$*" >&2; }
 
 # packages KIND...: the names listed under these kinds.
 packages() {
-    local kind name wanted=" $* "
-    while read -r kind name; do
-        case $wanted in *" $kind "*) printf '%s\n' "$name" ;; esac
+    local kind names wanted=" $* "
+    while read -r kind names; do
+        # shellcheck disable=SC2086  # names are words
+        case $wanted in *" $kind "*) printf '%s\n' $names ;; esac
     done <"$root/cmake/packages.txt"
 }
 
@@ -43,15 +42,14 @@ missing_packages() {
     done
 }
 
-# show_log_and_exit CODE MESSAGE
-show_log_and_exit() {
+show_log_and_exit() { # CODE MESSAGE
     cat "$log" >&2
     say "$2"
     exit "$1"
 }
 
-# install_missing KIND...: where `install` is "no" it only says what to type. What was installed
-# may be missing in the build folder's cache, so `configure` has to look again.
+# install_missing KIND...: where `install` is "no" it only says what to type. The build folder's cache
+# may lack what was installed, so `configure` has to look again.
 install_missing() {
     local missing prefix=()
     if ! command -v dpkg-query >/dev/null; then
@@ -81,10 +79,9 @@ install_missing() {
 
 cache_has() { grep -qxF "$1" "$build/CMakeCache.txt" 2>/dev/null; }
 
-# configure TESTS: once; afterwards ninja does it by itself. Without tests (OFF) a tree that has
-# them will do.
+# configure TESTS: once; afterwards ninja does it. Without tests (OFF) a tree that has them will do.
 configure() {
-    local tests=$1
+    local tests=$1 minutes=3
     # A checkout that was moved or copied with its build folder.
     cache_has "CMAKE_HOME_DIRECTORY:INTERNAL=$root" ||
         rm -rf "$build/CMakeCache.txt" "$build/CMakeFiles" "$build/build.ninja"
@@ -93,16 +90,14 @@ configure() {
         return
     fi
     cache_has MORPHRAY_TESTS:BOOL=ON && tests=ON
-    local minutes=3
     [ "$tests" = OFF ] || minutes=8
     say "building; the first time takes about $minutes minutes on two cores"
     (cd "$root" && cmake --preset "$preset" -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 70 "configuring failed"
 }
 
-# set_up TESTS KIND...: everything up to a program that is up to date. One at a time, so
-# that two calls do not build into each other. What is in the array build_targets is built; if that
-# is empty, all with tests, and the program without.
+# set_up TESTS KIND...: everything up to a program that is up to date, one call at a time. Builds the
+# array build_targets; if that is empty, all with tests, and the program without.
 set_up() {
     local tests=$1 targets=("${build_targets[@]}")
     shift
@@ -119,9 +114,7 @@ set_up() {
     # On a terminal ninja shows its steps in one line, elsewhere those of a first build in many.
     local quiet=()
     [ -t 2 ] || [ ! -e "$build/bin/morphray" ] || quiet=(--quiet)
-    (cd "$build" && ninja "${quiet[@]}" "${targets[@]}") </dev/null >&2 || {
-        say "the build failed"
-        exit 70
-    }
+    (cd "$build" && ninja "${quiet[@]}" "${targets[@]}") </dev/null >&2 ||
+        { say "the build failed"; exit 70; }
     exec 9>&-
 }

@@ -40,7 +40,7 @@ is refitted from pose to pose. Results are equal bit by bit on every machine,
 instruction set and device.
 ")
 
-# The names that Debian's rules ask for: the shared library's has the number of its soname.
+# Debian's rules: the name of the shared library's package has the number of its soname.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libmorphray${PROJECT_VERSION_MAJOR})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 # It is loaded when it is there.
