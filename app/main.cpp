@@ -1,17 +1,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <new>
 
 #include "app/animation/devices.h"
-#include "app/base/messages.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
-#include "common/base/errors.h"
 
 namespace mray::app {
 namespace {

@@ -1,7 +1,7 @@
 # morphray_precompile(TARGET GROUP HEADER...): compiles these headers, and those of the standard library that
 # most files use, once for all targets of the group, which agree in optimisation and Highway's definitions: a
-# third less time. A file still names every header that it uses: the presets dev and tidy, and builds with a
-# launcher such as ccache, compile nothing in advance.
+# third less time. A file still names what it uses, or a header that does: the presets dev and tidy, and
+# builds with a launcher such as ccache, compile nothing in advance.
 if(CMAKE_CXX_COMPILER_LAUNCHER)
     set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
 endif()

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cassert>
 
+#include "common/text/text.h"
+
 namespace mray {
 namespace {
 
@@ -52,6 +54,12 @@ FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::
                                     .actual_pixel = actual.pixels[i]});
     }
     return difference;
+}
+
+std::string describe(const Hit& hit) {
+    if (hit.prim_id == kNoPrim) return "miss";
+    return fmt::format("t {} u {} v {} prim {}", hex_text(hit.t), hex_text(hit.u), hex_text(hit.v),
+                       hit.prim_id);
 }
 
 std::string describe(const FrameDifference& difference) {

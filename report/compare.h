@@ -41,6 +41,9 @@ struct FrameDifference {
 /// Compares floats as bits. Both frames have the same size (asserted).
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);
 
+/// Every bit, such as "t 0x1.8p+0 u 0x1p-2 v 0x1p-1 prim 7", or "miss".
+std::string describe(const Hit& hit);
+
 /// "12 pixels differ: 3 false misses, 9 prim_id" or "equal".
 std::string describe(const FrameDifference& difference);
 

@@ -35,9 +35,8 @@ private:
         std::error_code error;
         path_ = (fs::temp_directory_path(error) / "morphray_plot_XXXXXX").string();
         const int fd = error ? -1 : mkstemp(path_.data());
-        if (fd < 0) {
+        if (fd < 0)
             throw Error(ErrorKind::kOutput, "{}: cannot be created for gnuplot; set TMPDIR", path_);
-        }
         close(fd);
     }
 
@@ -92,10 +91,9 @@ std::string settings(const Figure& figure, const std::string& csv, std::string_v
 }  // namespace
 
 void require_gnuplot(std::string_view who) {
-    if (run_shell("command -v gnuplot").status != 0) {
+    if (run_shell("command -v gnuplot").status != 0)
         throw Error(ErrorKind::kUnavailable,
                     "{}: gnuplot is not installed; install the package gnuplot-nox", who);
-    }
     script_path();
 }
 

@@ -2,20 +2,11 @@
 #pragma once
 
 #include <algorithm>
-#include <cassert>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace mray {
-
-/// The middle value, or the mean of the two in the middle. Requires at least one value.
-inline double median(std::vector<double> values) {
-    assert(!values.empty());
-    std::sort(values.begin(), values.end());
-    const std::size_t middle = values.size() / 2;
-    return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
 
 /// The value below which a part (0 to 1) of the values lies, interpolated linearly.
 inline double quantile(std::span<const double> ascending, double part) {
@@ -47,5 +38,8 @@ inline Spread spread_of(std::span<const double> values) {
     if (spread.median > 0) spread.percent = 100 * (spread.upper - spread.lower) / spread.median;
     return spread;
 }
+
+/// The middle value, or the mean of the two in the middle. Requires at least one value.
+inline double median(std::span<const double> values) { return spread_of(values).median; }
 
 }  // namespace mray

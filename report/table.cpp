@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
 
 namespace mray {
 namespace {
@@ -11,10 +12,6 @@ std::size_t width_of(const std::string& cell) {
     return static_cast<std::size_t>(std::count_if(cell.begin(), cell.end(), [](char c) {
         return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
     }));
-}
-
-bool is_number(const std::string& cell) {
-    return !cell.empty() && cell.find_first_not_of("0123456789.-+e") == std::string::npos;
 }
 
 std::string quoted_cell(const std::string& cell) {
@@ -59,8 +56,9 @@ std::string Table::text() const {
         Column& column = columns.emplace_back(Column{header_[i]});
         for (const auto& row : rows_) {
             column.width = std::max(column.width, width_of(row[i]));
-            column.is_right_aligned =
-                column.is_right_aligned && (is_number(row[i]) || row[i].empty() || row[i] == "-");
+            // Numbers, "-" and nothing.
+            if (row[i].find_first_not_of("0123456789.-+e") != std::string::npos)
+                column.is_right_aligned = false;
         }
     }
     std::string text = header_text(columns);
@@ -83,19 +81,14 @@ std::string Table::csv() const {
 }
 
 std::string markup_text(const std::string& text) {
+    static const std::map<char, const char*> entities = {
+        {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}};
     std::string result;
     for (const char c : text) {
-        if (c == '&') {
-            result += "&amp;";
-        } else if (c == '<') {
-            result += "&lt;";
-        } else if (c == '>') {
-            result += "&gt;";
-        } else if (c == '"') {
-            result += "&quot;";
-        } else {
+        if (const auto entity = entities.find(c); entity != entities.end())
+            result += entity->second;
+        else
             result += c < 0x20 || c >= 0x7F ? '?' : c;
-        }
     }
     return result;
 }

@@ -13,7 +13,6 @@
 #include "app/animation/frames.h"
 #include "app/base/image_files.h"
 #include "common/image/depth.h"
-#include "common/scene/camera_setup.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"
 
@@ -23,25 +22,6 @@ namespace {
 std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
     static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
     return {reinterpret_cast<const std::uint32_t*>(threes.data()), 3 * threes.size()};
-}
-
-std::span<const float> floats_of(std::span<const Texcoords> texcoords) {
-    static_assert(sizeof(Texcoords) == 6 * sizeof(float));
-    return {reinterpret_cast<const float*>(texcoords.data()), 6 * texcoords.size()};
-}
-
-morphray::TextureView texture_of(const Image& image, const TextureFile& file) {
-    return {.texels = image.pixels,
-            .width = image.width,
-            .height = image.height,
-            .wrap = file.clamp ? morphray::Wrap::clamp : morphray::Wrap::repeat,
-            .alpha_cutoff = file.alpha_cutoff};
-}
-
-morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
-    return {.positions = morphray::packed(world),
-            .triangles = indices_of(topology.triangles),
-            .appearance = {.albedo = topology.albedo}};
 }
 
 /// The vertices of the first frame that are not left out, in world space.
@@ -58,10 +38,29 @@ std::vector<vec3> first_vertices(const Animation& animation) {
     return kept;
 }
 
-std::optional<morphray::Box> box_of(const Animation& animation) {
-    const WorldBounds bounds = animation.bounds();
-    if (bounds.empty()) return std::nullopt;
-    return morphray::Box{to_point(bounds.lower), to_point(bounds.upper)};
+/// The corners of a square below these bounds, four times as large; empty for empty bounds.
+std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
+    using glm::dvec3;
+    if (bounds.empty()) return {};
+    // Deep enough that a part of the scene at its very bottom is in front of it.
+    constexpr double kDepth = 1e-3;
+    constexpr double kReach = 4;
+    const dvec3 upwards = to_dvec3(up);
+    const double length = glm::length(upwards);
+    if (!(length > 0) || !std::isfinite(length)) return {};
+    const dvec3 n = upwards / length;
+    const dvec3 half = (bounds.upper - bounds.lower) / 2.0;
+    const dvec3 centre = bounds.lower + half;
+    const double size = glm::length(half);
+    const double depth = glm::dot(glm::abs(n), half) + kDepth * size;
+    const dvec3 aside = std::abs(n.y) > 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+    const dvec3 x = glm::normalize(glm::cross(aside, n)) * (kReach * size);
+    const dvec3 z = glm::cross(x, n);
+    const dvec3 middle = centre - depth * n;
+    std::vector<vec3> corners;
+    for (const dvec3& corner : {middle - x - z, middle - x + z, middle + x + z, middle + x - z})
+        corners.emplace_back(corner);
+    return corners;
 }
 
 }  // namespace
@@ -90,13 +89,11 @@ morphray::View world_view(morphray::View view, const Animation& animation) {
     view.eye = resolved.eye;
     view.target = resolved.target;
     view.light = resolved.light;
-    return view;
-}
-
-void require_view(const morphray::View& world, const Animation& animation) {
-    ViewSpec spec = morphray::engine::to_spec(world, {});
+    // Throws if the view is impossible.
+    spec = morphray::engine::to_spec(view, {});
     spec.ao_count = std::max(spec.ao_count, 1u);
     make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+    return view;
 }
 
 std::string scale_text(const morphray::View& world, const Animation& animation) {
@@ -109,30 +106,6 @@ std::string scale_text(const morphray::View& world, const Animation& animation) 
     const DepthRange depths = depth_range(*world.eye, *world.target, animation.bounds());
     return fmt::format("depths: {:.4g} (white) to {:.4g} (dark grey)", depths.near,
                        depths.near + depths.range);
-}
-
-std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
-    using glm::dvec3;
-    if (bounds.empty()) return {};
-    // Deep enough that a part of the scene at its very bottom is in front of it.
-    constexpr double kDepth = 1e-3;
-    constexpr double kReach = 4;
-    const dvec3 upwards = to_dvec3(up);
-    const double length = glm::length(upwards);
-    if (!(length > 0) || !std::isfinite(length)) return {};
-    const dvec3 n = upwards / length;
-    const dvec3 half = (bounds.upper - bounds.lower) / 2.0;
-    const dvec3 centre = bounds.lower + half;
-    const double size = glm::length(half);
-    const double depth = glm::dot(glm::abs(n), half) + kDepth * size;
-    const dvec3 aside = std::abs(n.y) > 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
-    const dvec3 x = glm::normalize(glm::cross(aside, n)) * (kReach * size);
-    const dvec3 z = glm::cross(x, n);
-    const dvec3 middle = centre - depth * n;
-    std::vector<vec3> corners;
-    for (const dvec3& corner : {middle - x - z, middle - x + z, middle + x + z, middle + x - z})
-        corners.emplace_back(corner);
-    return corners;
 }
 
 bool has_ground(const std::optional<bool>& option, const morphray::View& world,
@@ -155,18 +128,25 @@ AnimationScene::AnimationScene(const morphray::Device& device, const ImageOption
       current_(options.tree.build_at.value_or(first_frame)) {
     if (options.ground.value_or(false)) ground_ = ground_below(animation.bounds(), up_);
     call_library([&] {
-        const morphray::SceneOptions scene_options = {
-            .bounds = box_of(animation),
+        morphray::SceneOptions scene_options = {
             .update = morphray::parse_update_policy(text_of(options.tree.update)),
             .record_cost_ratio = options.tree.record_cost_ratio,
             .cancel = &cancel};
+        if (const WorldBounds bounds = animation.bounds(); !bounds.empty())
+            scene_options.bounds = {to_point(bounds.lower), to_point(bounds.upper)};
         deform_ms_ = place(current_);
         std::vector<Image> images;
         if (animation.textures() != nullptr && options.view.shading == morphray::Shading::lit)
             images = read_textures(*animation.textures(), options.source.lenient, messages);
         std::vector<morphray::TextureView> textures;
-        for (std::size_t i = 0; i < images.size(); ++i)
-            textures.push_back(texture_of(images[i], animation.textures()->files[i]));
+        for (std::size_t i = 0; i < images.size(); ++i) {
+            const TextureFile& file = animation.textures()->files[i];
+            textures.push_back({.texels = images[i].pixels,
+                                .width = images[i].width,
+                                .height = images[i].height,
+                                .wrap = file.clamp ? morphray::Wrap::clamp : morphray::Wrap::repeat,
+                                .alpha_cutoff = file.alpha_cutoff});
+        }
         scene_ = morphray::Scene::build(meshes(textures), device, scene_options);
         update_ = scene_->last_update();
     });
@@ -183,11 +163,18 @@ void AnimationScene::warn_of_far() {
 /// The animation's mesh, with these textures, and the ground, if there is one.
 std::vector<morphray::MeshView> AnimationScene::meshes(
     std::span<const morphray::TextureView> textures) const {
-    std::vector<morphray::MeshView> meshes = {mesh_of(animation_.topology(), positions_)};
-    meshes.front().appearance.smooth = indices_of(animation_.smooth_corners());
+    const Topology& topology = animation_.topology();
+    std::vector<morphray::MeshView> meshes = {
+        {.positions = morphray::packed(positions_),
+         .triangles = indices_of(topology.triangles),
+         .appearance = {.albedo = topology.albedo,
+                        .smooth = indices_of(animation_.smooth_corners())}}};
     if (!textures.empty()) {
         meshes.front().appearance.textures = textures;
-        meshes.front().appearance.texcoords = floats_of(animation_.textures()->texcoords);
+        const std::vector<Texcoords>& texcoords = animation_.textures()->texcoords;
+        static_assert(sizeof(Texcoords) == 6 * sizeof(float));
+        meshes.front().appearance.texcoords = {reinterpret_cast<const float*>(texcoords.data()),
+                                               6 * texcoords.size()};
         meshes.front().appearance.texture_ids = animation_.textures()->texture_ids;
     }
     if (!ground_.empty()) {
@@ -281,11 +268,10 @@ PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions&
     }
     const Topology& topology = animation.topology();
     const std::uint64_t bad = count_not_finite(topology, posed.scene->positions());
-    if (bad > 0) {
+    if (bad > 0)
         messages.warn({escape(animation.name()),
                        fmt::format("{} of {} triangles are not finite; they are never hit", bad,
                                    topology.triangles.size())});
-    }
     return posed;
 }
 

@@ -1,22 +1,14 @@
 // An animation as a scene of the library.
 #pragma once
 
-#include <atomic>
-#include <cstdint>
 #include <future>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "app/base/messages.h"
 #include "app/base/options.h"
-#include "common/frame_times.h"
 #include "common/scene/camera_setup.h"
-#include "morphray/images.hpp"
 #include "morphray/scene.hpp"
-#include "scenes/animation.h"
 
 namespace mray::app {
 
@@ -83,18 +75,12 @@ Warning warning_of_far(const Animation& animation, std::uint64_t vertices);
 
 /// A view in the coordinates of the file as one in world space, with an eye, a target and a light.
 /// Unless an eye or a target is given, files are seen as objects (frame_object()) and closed scenes
-/// from their inside_view(). Throws Error(kBadInput).
+/// from their inside_view(). Throws Error for a view that is impossible.
 morphray::View world_view(morphray::View view, const Animation& animation);
-
-/// Throws Error for a world_view() that is impossible.
-void require_view(const morphray::View& world, const Animation& animation);
 
 /// The values of the colours of depths, steps or looseness, without a line's end; empty for other
 /// shadings.
 std::string scale_text(const morphray::View& world, const Animation& animation);
-
-/// The corners of a square below these bounds, four times as large; empty for empty bounds.
-std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
 /// As the option says, or else for a lit file whose ground the eye is above.
 bool has_ground(const std::optional<bool>& option, const morphray::View& world,

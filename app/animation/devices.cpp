@@ -10,10 +10,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <optional>
-#include <thread>
-
-#include "app/base/messages.h"
-#include "common/base/errors.h"
 
 namespace mray::app {
 namespace {
@@ -63,23 +59,17 @@ std::string wait_for(pid_t child) {
                                : "";
 }
 
-#ifdef MORPHRAY_HAS_VULKAN
-/// Throws Error if the device failed its self-test, which is made now if no result is kept.
-void require_sound_device(const std::string& device) {
-    const morphray::DeviceCheck check = call_library([&] {
-        const std::optional<morphray::DeviceCheck> kept = morphray::kept_device_check(device);
-        return kept ? *kept : check_device(device);
-    });
-    if (check.passed) return;
-    throw Error(kind_of(check.code), check.problem);
-}
-#endif
-
+/// A Vulkan device must have passed its self-test, which is made now if no result is kept.
 morphray::Device open_chosen(BackendChoice choice, const BackendOptions& options) {
     const morphray::CpuOptions cpu = {.threads = options.threads, .simd = options.simd};
     if (choice == BackendChoice::kVulkan) {
 #ifdef MORPHRAY_HAS_VULKAN
-        require_sound_device(options.device);
+        const morphray::DeviceCheck check = call_library([&] {
+            const std::optional<morphray::DeviceCheck> kept =
+                morphray::kept_device_check(options.device);
+            return kept ? *kept : check_device(options.device);
+        });
+        if (!check.passed) throw Error(kind_of(check.code), check.problem);
 #else
         throw Error(ErrorKind::kUnavailable,
                     "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");

@@ -1,12 +1,8 @@
 // Opens the devices that the options choose. Nothing else knows whether Vulkan was built in.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "app/base/messages.h"
 #include "app/base/options.h"
-#include "common/bvh/builder/bvh_builder.h"
 #include "morphray/device.hpp"
 
 namespace mray::app {

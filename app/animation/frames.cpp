@@ -19,70 +19,17 @@ namespace {
 // A + n * STEP of decimal numbers such as 0..0.3:0.1 misses B by a few units in the last place.
 constexpr double kHitTolerance = 1e-9;
 
-struct Text {
-    const std::string& text;
-
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadArgument,
-                    "frames {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or several of "
-                    "them with commas, such as 0,7,20",
-                    quote(text), what);
-    }
-    double number(std::string_view number) const {
-        const auto value = parse_finite_double(number);
-        if (!value) fail("not finite decimal numbers");
-        return *value;
-    }
-};
-
-/// Appends the frames of `A`, `A..B` or `A..B:STEP`, which must come after those that are there.
-void append_range(const Text& text, std::string_view range, std::vector<double>& frames) {
-    const std::size_t dots = range.find("..");
-    const double first = text.number(range.substr(0, dots));
-    if (!frames.empty() && !(first > frames.back())) {
-        text.fail(
-            fmt::format("{} does not come after {}; they must increase", first, frames.back()));
-    }
-    double last = first;
-    double step = 1;
-    if (dots != std::string_view::npos) {
-        const std::string_view rest = range.substr(dots + 2);
-        const std::size_t colon = rest.find(':');
-        last = text.number(rest.substr(0, colon));
-        if (colon != std::string_view::npos) step = text.number(rest.substr(colon + 1));
-    }
-    if (last < first) text.fail("the last frame is before the first");
-    if (!(step > 0)) text.fail("the step is not above 0");
-    const double steps = (last - first) / step;
-    // Also when the quotient overflows.
-    if (!(steps < static_cast<double>(kMaxFrames - frames.size())))
-        text.fail("more than a million frames");
-
-    const std::size_t count = static_cast<std::size_t>(steps + kHitTolerance) + 1;
-    for (std::size_t i = 0; i < count; ++i) frames.push_back(first + static_cast<double>(i) * step);
-    if (std::abs(frames.back() - last) <= kHitTolerance * step) frames.back() = last;
-}
-
 std::vector<double> whole_frames(const Animation& animation) {
     std::vector<double> frames;
     const double first = std::ceil(animation.first_frame());
-    if (animation.last_frame() - first >= static_cast<double>(kMaxFrames)) {
+    if (animation.last_frame() - first >= static_cast<double>(kMaxFrames))
         throw Error(ErrorKind::kBadArgument,
                     "--frames: the scene has {} to {}, more than a million; give some",
                     animation.first_frame(), animation.last_frame());
-    }
     const auto steps = static_cast<long long>(std::floor(animation.last_frame() - first));
     for (long long i = 0; i <= steps; ++i) frames.push_back(first + static_cast<double>(i));
     if (frames.empty()) frames.push_back(animation.first_frame());
     return frames;
-}
-
-std::vector<double> few_of(const std::vector<double>& all) {
-    constexpr std::size_t kFew = 4;
-    if (all.size() <= kFew) return all;
-    const std::size_t last = all.size() - 1;
-    // The middle and a quarter, where some parts have moved and others have not.
-    return {all.front(), all[last / 4], all[last / 2], all.back()};
 }
 
 std::size_t fraction_digits(double frame) {
@@ -99,21 +46,52 @@ void require_in_animation(const char* option, double frame, const Animation& ani
 }  // namespace
 
 std::vector<double> parse_frame_range(const std::string& text) {
+    const auto fail = [&text](const std::string& what) {
+        throw Error(ErrorKind::kBadArgument,
+                    "frames {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or several of "
+                    "them with commas, such as 0,7,20",
+                    quote(text), what);
+    };
+    const auto number = [&fail](std::string_view digits) {
+        const std::optional<double> value = parse_finite_double(digits);
+        if (!value) fail("not finite decimal numbers");
+        return *value;
+    };
     std::vector<double> frames;
-    std::string_view rest = text;
-    for (;;) {
-        const std::size_t comma = rest.find(',');
-        append_range({text}, rest.substr(0, comma), frames);
-        if (comma == std::string_view::npos) return frames;
-        rest.remove_prefix(comma + 1);
+    for (const std::string_view range : split(text, ',')) {
+        const std::size_t dots = range.find("..");
+        const double first = number(range.substr(0, dots));
+        if (!frames.empty() && !(first > frames.back()))
+            fail(
+                fmt::format("{} does not come after {}; they must increase", first, frames.back()));
+        double last = first;
+        double step = 1;
+        if (dots != std::string_view::npos) {
+            const std::string_view rest = range.substr(dots + 2);
+            const std::size_t colon = rest.find(':');
+            last = number(rest.substr(0, colon));
+            if (colon != std::string_view::npos) step = number(rest.substr(colon + 1));
+        }
+        if (last < first) fail("the last frame is before the first");
+        if (!(step > 0)) fail("the step is not above 0");
+        const double steps = (last - first) / step;
+        // Also when the quotient overflows.
+        if (!(steps < static_cast<double>(kMaxFrames - frames.size())))
+            fail("more than a million frames");
+
+        const std::size_t count = static_cast<std::size_t>(steps + kHitTolerance) + 1;
+        for (std::size_t i = 0; i < count; ++i)
+            frames.push_back(first + static_cast<double>(i) * step);
+        if (std::abs(frames.back() - last) <= kHitTolerance * step) frames.back() = last;
     }
+    return frames;
 }
 
 std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages) {
     if (source.fps && !has_gltf_name(source.scene))
         throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
     AnimationOptions options = source;
-    options.warn = warn_by(messages);
+    options.warn = [&](const Warning& warning) { messages.warn(warning); };
     const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,
                             messages);
     return open_scene(source.scene, options);
@@ -143,7 +121,11 @@ std::vector<double> select_frames(const std::string& frames, const std::optional
     if (frames == "all") return whole_frames(animation);
     if (frames.empty()) {
         std::vector<double> all = whole_frames(animation);
-        return otherwise == DefaultFrames::kFew ? few_of(all) : all;
+        constexpr std::size_t kFew = 4;
+        if (otherwise == DefaultFrames::kAll || all.size() <= kFew) return all;
+        const std::size_t last = all.size() - 1;
+        // The middle and a quarter, where some parts have moved and others have not.
+        return {all.front(), all[last / 4], all[last / 2], all.back()};
     }
     std::vector<double> selected = parse_frame_range(frames);
     for (const double frame : {selected.front(), selected.back()})
@@ -158,19 +140,17 @@ double select_frame(const std::optional<double>& frame, const std::optional<doub
     return frame.value_or(animation.first_frame());
 }
 
-FrameDigits digits_of(std::span<const double> frames, const Animation& animation) {
-    FrameDigits digits;
+std::vector<std::string> frame_labels(std::span<const double> frames, const Animation& animation) {
+    constexpr std::size_t kLeastDigits = 4;
     const std::string last = fmt::format("{:.0f}", std::floor(std::abs(animation.last_frame())));
-    digits.whole = std::max(digits.whole, last.size());
+    std::size_t fraction = 0;
+    for (const double frame : frames) fraction = std::max(fraction, fraction_digits(frame));
+    const std::size_t width =
+        std::max(kLeastDigits, last.size()) + (fraction > 0 ? fraction + 1 : 0);
+    std::vector<std::string> labels;
     for (const double frame : frames)
-        digits.fraction = std::max(digits.fraction, fraction_digits(frame));
-    return digits;
-}
-
-std::string frame_label(double frame, const FrameDigits& digits) {
-    const std::size_t point = digits.fraction > 0 ? 1 : 0;
-    return fmt::format("{:0{}.{}f}", frame, digits.whole + point + digits.fraction,
-                       digits.fraction);
+        labels.push_back(fmt::format("{:0{}.{}f}", frame, width, fraction));
+    return labels;
 }
 
 }  // namespace mray::app

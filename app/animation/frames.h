@@ -2,14 +2,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "app/base/messages.h"
 #include "app/base/options.h"
-#include "scenes/animation.h"
 
 namespace mray::app {
 
@@ -36,13 +32,8 @@ std::vector<double> select_frames(const std::string& frames, const std::optional
 double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
                     const Animation& animation);
 
-struct FrameDigits {
-    std::size_t whole = 4;
-    std::size_t fraction = 0;
-};
-/// As many as the last frame of the animation and the fractions of these frames need.
-FrameDigits digits_of(std::span<const double> frames, const Animation& animation);
-/// "0007", or "0007.25" where frames lie between whole ones: sorted names have the frames' order.
-std::string frame_label(double frame, const FrameDigits& digits);
+/// For each frame "0007", or "0007.25" where some lie between whole ones, with as many digits as
+/// the last frame of the animation needs: sorted labels have the frames' order.
+std::vector<std::string> frame_labels(std::span<const double> frames, const Animation& animation);
 
 }  // namespace mray::app

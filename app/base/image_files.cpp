@@ -14,9 +14,7 @@
 #include <cassert>
 #include <csetjmp>
 #include <cstring>
-#include <filesystem>
 #include <limits>
-#include <list>
 #include <memory>
 #include <span>
 #include <string>
@@ -29,6 +27,26 @@
 
 namespace mray::app {
 namespace {
+
+void require_within(const ImageLimits& limits, const std::filesystem::path& path,
+                    std::uint64_t width, std::uint64_t height) {
+    if (std::max(width, height) <= limits.side && width * height <= limits.pixels) return;
+    throw Error(
+        ErrorKind::kLimit,
+        "{}: has {}x{} pixels; at most {} a side and {} in all can be read, make it smaller",
+        escape(path), width, height, limits.side, limits.pixels);
+}
+
+/// Throws std::bad_alloc if a decoder says so of memory. `format` is "PNG" or "JPEG".
+[[noreturn]] void refuse_image(const std::filesystem::path& path, const char* format,
+                               const std::string& what) {
+    if (what.find("memory") != std::string::npos) throw std::bad_alloc();
+    throw Error(ErrorKind::kBadInput,
+                "{}: is not a {} file that can be read ({}); give another file", escape(path),
+                format, what);
+}
+
+bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
 // Deflate expands a byte to at most 1032.
 constexpr std::uint64_t kMostCompression = 1032;
@@ -124,8 +142,6 @@ bool is_cut(std::string_view bytes) {
 
 }  // namespace
 
-bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
-
 Image decode_png(const std::string& bytes, const std::filesystem::path& path,
                  const ImageLimits& limits) {
     if (is_png(bytes) && is_cut(bytes)) refuse_image(path, "PNG", "it ends too early");
@@ -133,7 +149,7 @@ Image decode_png(const std::string& bytes, const std::filesystem::path& path,
     if (!reader.read_head()) refuse_image(path, "PNG", reader.error());
     Image image{reader.width(), reader.height(), {}};
     // libpng takes a few rows.
-    limits.require(path, image.width, image.height);
+    require_within(limits, path, image.width, image.height);
     if (reader.stored_bytes() / kMostCompression > bytes.size())
         refuse_image(path, "PNG", "it ends too early");
     image.pixels.resize(std::size_t{image.width} * image.height);
@@ -145,20 +161,14 @@ Image decode_png(const std::string& bytes, const std::filesystem::path& path,
     return image;
 }
 
-namespace {
-
-// The most pixels a byte: a Huffman code of one bit, for 8x8 values of one for 4x4 pixels each.
-constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
-// Other methods differ between versions. Damage would give grey pixels, and any number of scans.
-constexpr int kFlags =
-    TJFLAG_ACCURATEDCT | TJFLAG_FASTUPSAMPLE | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
-
-}  // namespace
-
-bool is_jpeg(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
-
 Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
                   const ImageLimits& limits) {
+    // The most pixels a byte: a Huffman code of one bit, for 8x8 values of one for 4x4 pixels each.
+    constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
+    // Other methods differ between versions. Damage would give grey pixels, and any number of
+    // scans.
+    constexpr int kFlags =
+        TJFLAG_ACCURATEDCT | TJFLAG_FASTUPSAMPLE | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
     const std::unique_ptr<void, int (*)(tjhandle)> reader(tjInitDecompress(), tjDestroy);
     if (reader == nullptr) throw std::bad_alloc();
     const auto* const data = reinterpret_cast<const unsigned char*>(bytes.data());
@@ -172,7 +182,7 @@ Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
     if (colours == TJCS_CMYK || colours == TJCS_YCCK)
         refuse_image(path, "JPEG", "its colours are not grey, RGB or YCbCr; save as RGB");
     Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
-    limits.require(path, image.width, image.height);
+    require_within(limits, path, image.width, image.height);
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
     if (pixels / kMostPixelsPerByte > bytes.size()) refuse_image(path, "JPEG", "it ends too early");
     image.pixels.resize(pixels);
@@ -188,8 +198,6 @@ namespace {
 // No image within the limits is larger, but for texts that it may have.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 
-constexpr ImageLimits kLimits = {.side = morphray::kMaxTextureSide};
-
 /// The name of an image in messages: "scene.gltf: images[0]" for a part of a file.
 std::filesystem::path name_of(const TextureFile& file) {
     return file.place.empty() ? file.path : file.path + ": " + file.place;
@@ -199,25 +207,6 @@ void require_part(const TextureFile& file, std::uint64_t bytes) {
     if (file.size <= kMostBytes && file.offset <= bytes && file.size <= bytes - file.offset) return;
     throw Error(ErrorKind::kBadInput, "{}: bytes {} to {} are no image", escape(name_of(file)),
                 file.offset, file.offset + file.size);
-}
-
-}  // namespace
-
-void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width,
-                          std::uint64_t height) const {
-    if (std::max(width, height) > side || width * height > pixels) {
-        throw Error(
-            ErrorKind::kLimit,
-            "{}: has {}x{} pixels; at most {} a side and {} in all can be read, make it smaller",
-            escape(path), width, height, side, pixels);
-    }
-}
-
-void refuse_image(const std::filesystem::path& path, const char* format, const std::string& what) {
-    if (what.find("memory") != std::string::npos) throw std::bad_alloc();
-    throw Error(ErrorKind::kBadInput,
-                "{}: is not a {} file that can be read ({}); give another file", escape(path),
-                format, what);
 }
 
 std::string texture_bytes(const TextureFile& file) {
@@ -233,11 +222,14 @@ std::string texture_bytes(const TextureFile& file) {
     return bytes;
 }
 
+}  // namespace
+
 Image read_texture(const TextureFile& file) {
+    constexpr ImageLimits kLimits = {.side = morphray::kMaxTextureSide};
     const std::filesystem::path name = name_of(file);
     const std::string bytes = texture_bytes(file);
     if (is_png(bytes)) return decode_png(bytes, name, kLimits);
-    if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
+    if (bytes.starts_with("\xFF\xD8\xFF")) return decode_jpeg(bytes, name, kLimits);
     throw Error(ErrorKind::kBadInput, "{}: is neither a PNG nor a JPEG file; convert it",
                 escape(name));
 }
@@ -261,63 +253,14 @@ std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
 
 namespace {
 
-constexpr Imf::PixelType type_of(float) { return Imf::FLOAT; }
-constexpr Imf::PixelType type_of(unsigned) { return Imf::UINT; }
+Imf::PixelType type_of(float) { return Imf::FLOAT; }
+Imf::PixelType type_of(unsigned) { return Imf::UINT; }
 Imf::PixelType type_of(half) { return Imf::HALF; }
-
-/// Names and planes of the channels of a file; planes stay where they are.
-class Channels {
-public:
-    Channels(Imf::Header& header, const morphray::Image& image) : header_(header), image_(image) {}
-
-    template <class T, class Value>
-    void add(const std::string& name, Value value) {
-        std::vector<std::byte>& plane = planes_.emplace_back(image_.pixels.size() * sizeof(T));
-        for (std::size_t i = 0; i < image_.pixels.size(); ++i) {
-            const T number = static_cast<T>(value(i));
-            std::memcpy(plane.data() + i * sizeof(T), &number, sizeof(T));
-        }
-        header_.channels().insert(name, Imf::Channel(type_of(T())));
-        char* const base = reinterpret_cast<char*>(plane.data());
-        buffer_.insert(name, Imf::Slice(type_of(T()), base, sizeof(T), sizeof(T) * image_.width));
-    }
-    const Imf::FrameBuffer& buffer() const { return buffer_; }
-
-private:
-    Imf::Header& header_;
-    const morphray::Image& image_;
-    Imf::FrameBuffer buffer_;
-    std::list<std::vector<std::byte>> planes_;
-};
-
-/// The hit of the sample in the middle of each pixel.
-std::vector<morphray::Hit> middle_hits(const morphray::Image& image) {
-    const std::size_t side = morphray::sample_side(image.samples);
-    std::vector<morphray::Hit> hits(image.pixels.size());
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-        const std::size_t x = i % image.width * side + side / 2;
-        const std::size_t y = i / image.width * side + side / 2;
-        hits[i] = image.hits[y * image.width * side + x];
-    }
-    return hits;
-}
-
-std::vector<std::byte> write(const Imf::Header& header, const Channels& channels) {
-    Imf::StdOSStream stream;
-    {
-        Imf::OutputFile file(stream, header);
-        file.setFrameBuffer(channels.buffer());
-        file.writePixels(header.dataWindow().max.y + 1);
-    }
-    const std::string file = stream.str();
-    const auto* bytes = reinterpret_cast<const std::byte*>(file.data());
-    return {bytes, bytes + file.size()};
-}
 
 }  // namespace
 
-std::vector<std::byte> encode_exr(const morphray::Image& image, ExrColours colours,
-                                  std::span<const PngText> texts) {
+std::string encode_exr(const morphray::Image& image, ExrColours colours,
+                       std::span<const PngText> texts) {
     assert(image.lit_pixels.size() == image.pixels.size());
     Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
     header.compression() = Imf::ZIP_COMPRESSION;
@@ -327,27 +270,52 @@ std::vector<std::byte> encode_exr(const morphray::Image& image, ExrColours colou
         header.insert(name, Imf::StringAttribute(text.text));
     }
 
-    Channels channels(header, image);
+    Imf::FrameBuffer buffer;
+    std::vector<std::vector<std::byte>> planes;
+    const auto add = [&](const std::string& name, const auto& value) {
+        using Number = decltype(value(std::size_t{}));
+        std::vector<std::byte>& plane = planes.emplace_back(image.pixels.size() * sizeof(Number));
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            const Number number = value(i);
+            std::memcpy(plane.data() + i * sizeof(Number), &number, sizeof(Number));
+        }
+        header.channels().insert(name, Imf::Channel(type_of(Number())));
+        buffer.insert(name, Imf::Slice(type_of(Number()), reinterpret_cast<char*>(plane.data()),
+                                       sizeof(Number), sizeof(Number) * image.width));
+    };
     for (std::size_t k = 0; k < 3; ++k) {
         const auto colour = [&](std::size_t i) { return image.lit_pixels[i].colour[k]; };
         const std::string colour_name(1, "RGB"[k]);
         if (colours == ExrColours::kFloat)
-            channels.add<float>(colour_name, colour);
+            add(colour_name, colour);
         else
-            channels.add<half>(colour_name, colour);
-        channels.add<half>(std::string("normal.") + "XYZ"[k],
-                           [&](std::size_t i) { return image.lit_pixels[i].normal[k]; });
+            add(colour_name, [&](std::size_t i) { return half(colour(i)); });
+        add(std::string("normal.") + "XYZ"[k],
+            [&](std::size_t i) { return half(image.lit_pixels[i].normal[k]); });
     }
-    channels.add<half>("occlusion.Y", [&](std::size_t i) { return 1 - image.lit_pixels[i].open; });
-    const std::vector<morphray::Hit> hits = middle_hits(image);
-    channels.add<float>("depth.Z", [&](std::size_t i) {
+    add("occlusion.Y", [&](std::size_t i) { return half(1 - image.lit_pixels[i].open); });
+    // The hit of the sample in the middle of each pixel.
+    const std::size_t side = morphray::sample_side(image.samples);
+    std::vector<morphray::Hit> hits(image.pixels.size());
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const std::size_t x = i % image.width * side + side / 2;
+        const std::size_t y = i / image.width * side + side / 2;
+        hits[i] = image.hits[y * image.width * side + x];
+    }
+    add("depth.Z", [&](std::size_t i) {
         return hits[i] ? hits[i].t : std::numeric_limits<float>::infinity();
     });
-    channels.add<float>("barycentric.U", [&](std::size_t i) { return hits[i].u; });
-    channels.add<float>("barycentric.V", [&](std::size_t i) { return hits[i].v; });
-    channels.add<unsigned>("id.prim", [&](std::size_t i) { return hits[i].prim_id; });
-    channels.add<unsigned>("id.geom", [&](std::size_t i) { return hits[i].geom_id; });
-    return write(header, channels);
+    add("barycentric.U", [&](std::size_t i) { return hits[i].u; });
+    add("barycentric.V", [&](std::size_t i) { return hits[i].v; });
+    add("id.prim", [&](std::size_t i) { return hits[i].prim_id; });
+    add("id.geom", [&](std::size_t i) { return hits[i].geom_id; });
+    Imf::StdOSStream stream;
+    {
+        Imf::OutputFile file(stream, header);
+        file.setFrameBuffer(buffer);
+        file.writePixels(header.dataWindow().max.y + 1);
+    }
+    return stream.str();
 }
 
 }  // namespace mray::app

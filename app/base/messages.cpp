@@ -5,18 +5,15 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <mutex>
 #include <new>
 #include <set>
 #include <stdexcept>
-#include <utility>
 
 #include "common/base/output_file.h"
 #include "common/base/watch.h"
@@ -32,6 +29,52 @@ static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_alw
 void on_signal(int signal) {
     if (has_received.exchange(true)) ::_exit(128 + signal);
     received_signal = signal;
+}
+
+const char* hint_text(Hint hint) {
+    switch (hint) {
+        case Hint::kLenient:
+            return " or accept it with --lenient";
+        case Hint::kReplaceMissing:
+            return ", or use --skip-missing";
+        default:
+            return "";
+    }
+}
+
+constexpr const char* kStdout = "/dev/stdout";
+constexpr const char* kProgram = "morphray: ";
+
+constexpr std::string_view kClearLine = "\r\x1b[K";
+/// A line that wraps cannot be cleared.
+constexpr std::size_t kProgressColumns = 79;
+
+/// Guards the terminal, which stdout and stderr may be, and the line of progress on it.
+std::mutex terminal_mutex;
+bool has_line = false;
+
+void write_stderr(std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
+        if (written <= 0) return;
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+void clear_line() {
+    if (std::exchange(has_line, false)) write_stderr(kClearLine);
+}
+
+void write_line(const char* prefix, std::string_view message) {
+    const std::scoped_lock lock(terminal_mutex);
+    clear_line();
+    write_stderr(prefix + escape(std::string(message)) + '\n');
+}
+
+bool shows_progress() {
+    const char* const terminal = std::getenv("TERM");
+    return ::isatty(STDERR_FILENO) != 0 && terminal != nullptr && terminal != std::string_view() &&
+           terminal != std::string_view("dumb");
 }
 
 }  // namespace
@@ -52,17 +95,6 @@ ExitCode exit_code_of(ErrorKind kind) {
     if (kind == ErrorKind::kCancelled) return static_cast<ExitCode>(128 + interrupt_signal());
     if (kind == ErrorKind::kInternal) return ExitCode::kInternal;
     return static_cast<ExitCode>(static_cast<int>(ExitCode::kUsage) + static_cast<int>(kind));
-}
-
-const char* hint_text(Hint hint) {
-    switch (hint) {
-        case Hint::kLenient:
-            return " or accept it with --lenient";
-        case Hint::kReplaceMissing:
-            return ", or use --skip-missing";
-        default:
-            return "";
-    }
 }
 
 std::string message_of(const Error& error) {
@@ -108,45 +140,6 @@ int interrupt_signal() { return received_signal; }
 void throw_if_interrupted() {
     if (interrupted()) throw Error(ErrorKind::kCancelled, kWorkCancelled);
 }
-
-namespace {
-
-constexpr const char* kStdout = "/dev/stdout";
-constexpr const char* kProgram = "morphray: ";
-
-constexpr std::string_view kClearLine = "\r\x1b[K";
-/// A line that wraps cannot be cleared.
-constexpr std::size_t kProgressColumns = 79;
-
-/// Guards the terminal, which stdout and stderr may be, and the line of progress on it.
-std::mutex terminal_mutex;
-bool has_line = false;
-
-void write_stderr(std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
-        if (written <= 0) return;
-        text.remove_prefix(static_cast<std::size_t>(written));
-    }
-}
-
-void clear_line() {
-    if (std::exchange(has_line, false)) write_stderr(kClearLine);
-}
-
-void write_line(const char* prefix, std::string_view message) {
-    const std::scoped_lock lock(terminal_mutex);
-    clear_line();
-    write_stderr(prefix + escape(std::string(message)) + '\n');
-}
-
-bool shows_progress() {
-    const char* const terminal = std::getenv("TERM");
-    return ::isatty(STDERR_FILENO) != 0 && terminal != nullptr && terminal != std::string_view() &&
-           terminal != std::string_view("dumb");
-}
-
-}  // namespace
 
 void Messages::error(const Failure& failure) const {
     const bool begins_with_file =

@@ -6,8 +6,6 @@
 #include <exception>
 #include <functional>
 #include <initializer_list>
-#include <string>
-#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -50,9 +48,7 @@ decltype(auto) call_library(Work&& work) {
 /// kCancelled has the code of its signal.
 ExitCode exit_code_of(ErrorKind kind);
 
-/// The option that would avoid an error, such as " or accept it with --lenient", or empty.
-const char* hint_text(Hint hint);
-
+/// With the option that would avoid the error.
 std::string message_of(const Error& error);
 
 struct Failure {
@@ -77,9 +73,6 @@ int interrupt_signal();
 
 /// Called between pieces of work, so that no file is half written. Throws Error(kCancelled).
 void throw_if_interrupted();
-
-enum class ExitCode : int;
-struct Failure;
 
 /// All members may be called from any thread, warnings() while no other one warns.
 class Messages {
@@ -166,10 +159,5 @@ void check_reports(const std::vector<std::string>& files);
 
 /// Whether the report takes stdout: "-" or /dev/stdout.
 bool is_stdout(std::string_view file);
-
-/// Passes warnings on to messages, which must outlive it.
-inline WarnFunction warn_by(const Messages& messages) {
-    return [&messages](const Warning& warning) { messages.warn(warning); };
-}
 
 }  // namespace mray::app

@@ -7,10 +7,8 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -32,6 +30,8 @@ struct Pixel {
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
 enum class Reference { kAuto, kBrute, kCpu };
+
+enum class ExrColours { kHalf, kFloat };
 
 enum class PointQuery { kInside, kWinding, kDistance, kClosest };
 
@@ -59,8 +59,8 @@ struct ImageOptions {
     SourceOptions source = {};
     /// In the coordinates of the file, as all views of options.
     morphray::View view = {.shading = morphray::Shading::lit};
-    /// "half" and "float" write EXR files, too.
-    std::string exr = {};
+    /// Also writes EXR files.
+    std::optional<ExrColours> exr = {};
     /// The scene stands on a plane that shows the background; without a value has_ground() decides.
     std::optional<bool> ground = {};
     BackendOptions backend = {};
@@ -184,11 +184,6 @@ using CommandOptions = std::variant<RenderOptions, ViewOptions, CrosscheckOption
 std::vector<std::string> arguments_of(const SourceOptions& source);
 /// The arguments that make another command trace this view, as far as the image has them.
 std::vector<std::string> arguments_of(const morphray::View& view, morphray::Rays rays, bool is_lit);
-/// Whether --out of render names one image instead of a folder.
-bool renders_one_image(const RenderOptions& options);
-/// "primary", "shadow" or "ao".
-const char* name_of_rays(morphray::Rays rays);
-bool shows_tree(morphray::Shading shading);
 
 template <class T>
 struct Choice {
@@ -196,28 +191,24 @@ struct Choice {
     T value;
 };
 
-template <class T>
-std::string names_of(std::span<const Choice<T>> choices) {
-    std::string names;
-    for (const Choice<T>& choice : choices) {
-        if (!names.empty()) names += '|';
-        names += choice.name;
-    }
+template <class T, std::size_t N>
+std::string names_of(const Choice<T> (&choices)[N]) {
+    std::string names = choices[0].name;
+    for (std::size_t i = 1; i < N; ++i) names.append("|").append(choices[i].name);
     return names;
 }
 
-template <class T>
-std::string name_in(std::type_identity_t<std::span<const Choice<T>>> choices, T value) {
+template <class T, std::size_t N>
+const char* name_in(const Choice<T> (&choices)[N], T value) {
     return std::ranges::find(choices, value, &Choice<T>::value)->name;
 }
 
 /// The value of the name; throws Error(kBadArgument) for any other text.
-template <class T>
-T value_in(std::type_identity_t<std::span<const Choice<T>>> choices, std::string_view text) {
-    const auto found = std::ranges::find(choices, text, &Choice<T>::name);
-    if (found == choices.end())
-        throw Error(ErrorKind::kBadArgument, "{} is not one of {}", quote(text),
-                    names_of<T>(choices));
+template <class T, std::size_t N>
+T value_in(const Choice<T> (&choices)[N], std::string_view text) {
+    const auto* const found = std::ranges::find(choices, text, &Choice<T>::name);
+    if (found == std::end(choices))
+        throw Error(ErrorKind::kBadArgument, "{} is not one of {}", quote(text), names_of(choices));
     return found->value;
 }
 
@@ -231,6 +222,7 @@ inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoi
 inline constexpr Choice<morphray::Rays> kRays[] = {{"primary", morphray::Rays::primary},
                                                    {"shadow", morphray::Rays::shadow},
                                                    {"ao", morphray::Rays::ao}};
+inline const char* name_of_rays(morphray::Rays rays) { return name_in(kRays, rays); }
 inline constexpr Choice<morphray::Shading> kShadings[] = {
     {"lit", morphray::Shading::lit},       {"plain", morphray::Shading::plain},
     {"normal", morphray::Shading::normal}, {"depth", morphray::Shading::depth},
@@ -239,7 +231,8 @@ inline constexpr Choice<morphray::Shading> kShadings[] = {
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
 inline constexpr Choice<bool> kOnOff[] = {{"on", true}, {"off", false}};
-inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
+inline constexpr Choice<ExrColours> kExrColours[] = {{"half", ExrColours::kHalf},
+                                                     {"float", ExrColours::kFloat}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"once", morphray::Crossing::once},
                                                             {"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};

@@ -26,10 +26,6 @@ constexpr std::string_view kBlank = " \t\r";
 constexpr std::size_t kMostNumbers = 8;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-WorldRay to_ray(const std::array<double, kMostNumbers>& n) {
-    return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
-}
-
 /// The lines of a text that have numbers.
 class NumberLines {
 public:
@@ -110,12 +106,11 @@ std::vector<WorldRay> rays_of_rows(const std::string& name, std::string_view byt
                                    std::size_t row_length) {
     static_assert(std::endian::native == std::endian::little, "read as memory is");
     const std::size_t row_bytes = row_length * sizeof(float);
-    if (bytes.size() % row_bytes != 0) {
+    if (bytes.size() % row_bytes != 0)
         throw Error(
             ErrorKind::kBadInput,
             "{}: {} bytes are not a whole number of rays of {} bytes; write {} floats a ray", name,
             bytes.size(), row_bytes, row_length);
-    }
     std::vector<WorldRay> rays;
     rays.reserve(bytes.size() / row_bytes);
     for (std::size_t at = 0; at < bytes.size(); at += row_bytes) {
@@ -179,12 +174,12 @@ RayFile read_rays(const std::string& file, bool is_binary) {
     NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
     RayFile read;
     for (;;) {
-        std::array<double, kMostNumbers> numbers = {0, 0, 0, 0, 0, 0, 0, kInfinity};
+        std::array<double, kMostNumbers> n = {0, 0, 0, 0, 0, 0, 0, kInfinity};
         morphray::Primitive excluded;
-        const std::size_t count = lines.next(numbers, &excluded.prim_id);
+        const std::size_t count = lines.next(n, &excluded.prim_id);
         if (count == 0) return read;
         if (count != 6 && count < kMostNumbers) lines.fail(fmt::format("{} numbers", count));
-        read.rays.push_back(to_ray(numbers));
+        read.rays.push_back({{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]});
         if (count > kMostNumbers) {
             excluded.geom_id = 0;
             read.excluded.resize(read.rays.size() - 1);

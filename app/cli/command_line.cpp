@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <limits>
+#include <cmath>
 #include <memory>
-#include <vector>
 
-#include "app/cli/option_groups.h"
-#include "common/base/errors.h"
-#include "common/text/text.h"
+#include "app/base/messages.h"
+#include "common/simd/simd_target.h"
 #include "common/version.h"
 
 namespace mray::app {
@@ -66,45 +63,209 @@ public:
     }
 };
 
-class CommandAdder {
-public:
-    CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
+// ---- Kinds of options. All targets must outlive the parse.
 
-    /// Adds a command by `define(command, options)`, which returns what completes the options after
-    /// the parse. `everyday` names the options of --help; without any, --help has all.
-    template <class Options, class Define>
-    void add(const char* name, const char* help, std::string_view everyday, const char* examples,
-             Define define) {
-        CLI::App& command = *app_.add_subcommand(name, help)->group("Commands");
-        command.footer(std::string("Examples:\n") + examples);
-        if (!everyday.empty()) command.set_help_all_flag("--help-all", "print all options");
-        const auto options = std::make_shared<Options>();
-        const auto complete = define(command, *options);
-        if (everyday.empty())
-            for (CLI::Option* const option : command.get_options()) option->group(kEveryday);
-        else
-            for (const std::string_view one : split(everyday, ' '))
-                command.get_option(std::string(one))->group(kEveryday);
-        command.callback([&parsed = parsed_, options, complete] {
-            complete();
-            parsed.options = *options;
+[[noreturn]] void refuse(const std::string& message) {
+    throw Error(ErrorKind::kBadArgument, message);
+}
+
+/// The heading, in --help-all, of the options that are added from here on.
+void heading(CLI::App& command, const char* text) { command.option_defaults()->group(text); }
+
+/// A text that is not empty.
+CLI::Option* add_text(CLI::App& command, const char* names, const std::string& value_name,
+                      const std::string& help, std::string& target) {
+    return command.add_option(names, target, help)
+        ->option_text(value_name)
+        ->check([](const std::string& text) {
+            return std::string(text.empty() ? "the value is empty" : "");
         });
-    }
+}
 
-    void add_quiet(CLI::App& command) const {
-        command.add_flag("-q,--quiet", parsed_.quiet, "neither table nor progress");
-    }
-    void add_verbose(CLI::App& command) const {
-        command.add_flag("-v,--verbose", parsed_.verbose, "say what is used and decided");
-    }
+/// An option whose value is parse(text), which may throw Error.
+template <class Target, class Parse>
+CLI::Option* add_parsed(CLI::App& command, const char* names, const std::string& value_name,
+                        const std::string& help, Target& target, Parse parse) {
+    const auto set = [names, parse, &target](const std::string& text) {
+        try {
+            target = parse(text);
+        } catch (const Error& error) {
+            throw CLI::ValidationError(names, error.what());
+        }
+    };
+    return command.add_option_function<std::string>(names, set, help)->option_text(value_name);
+}
 
-private:
-    CLI::App& app_;
-    ParsedCommandLine& parsed_;
-};
+template <class T, std::size_t N, class Target>
+CLI::Option* add_choice(CLI::App& command, const char* names, const std::string& help,
+                        const Choice<T> (&choices)[N], Target& target) {
+    return add_parsed(command, names, names_of(choices), help, target,
+                      [&choices](const std::string& text) { return value_in(choices, text); });
+}
 
-/// Completes the options of a command that has nothing to complete.
-constexpr auto kNothing = [] {};
+template <class Target>
+CLI::Option* add_count(CLI::App& command, const char* names, const std::string& help,
+                       Target& target, std::int64_t lower, std::int64_t upper) {
+    return command.add_option(names, target, help)
+        ->option_text("N")
+        ->check(CLI::Range(lower, upper));
+}
+
+/// Two whole numbers of at least `lower`, with a separator between.
+CLI::Option* add_pair(CLI::App& command, const char* name, const char* value_name,
+                      const std::string& help, char separator, std::int64_t lower,
+                      std::uint32_t& first, std::uint32_t& second) {
+    const auto set = [=, &first, &second](const std::string& text) {
+        constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+        const std::size_t end = std::min(text.find(separator), text.size() - 1);
+        const std::int64_t a = parse_integer(text.substr(0, end)).value_or(-1);
+        const std::int64_t b = parse_integer(text.substr(end + 1)).value_or(-1);
+        if (std::min(a, b) < lower || std::max(a, b) > kMost)
+            throw CLI::ValidationError(name, fmt::format("{} is not {}, such as 640{}480",
+                                                         quote(text), value_name, separator));
+        first = static_cast<std::uint32_t>(a);
+        second = static_cast<std::uint32_t>(b);
+    };
+    return command.add_option_function<std::string>(name, set, help)->option_text(value_name);
+}
+
+/// Any number, also one that is not finite; camera_setup decides whether it is usable.
+double parse_number(std::string_view text) {
+    const std::optional<double> value = parse_double(text);
+    if (!value) refuse(quote(text) + " is not a number");
+    return *value;
+}
+
+/// A finite number of at least `lower`.
+double parse_finite(const std::string& text, double lower) {
+    const double value = parse_number(text);
+    if (!std::isfinite(value) || value < lower)
+        refuse(fmt::format("{} is not a finite number of at least {}", quote(text), lower));
+    return value;
+}
+
+double parse_frame(const std::string& text) {
+    constexpr double kLeast = -1e9;
+    return parse_finite(text, kLeast);
+}
+
+morphray::Point parse_point(const std::string& text) {
+    const std::vector<std::string_view> parts = split(text, ',');
+    if (parts.size() != 3) refuse(quote(text) + " is not a point x,y,z");
+    return {parse_number(parts[0]), parse_number(parts[1]), parse_number(parts[2])};
+}
+
+// ---- Groups of options that several commands have in common.
+
+void add_lenient(CLI::App& command, bool& target) {
+    command.add_flag("--lenient", target,
+                     "accept vertices that are not finite, and leave out faces that are invalid");
+}
+
+void add_source_options(CLI::App& command, SourceOptions& source) {
+    heading(command, "Scene");
+    command.add_flag("--skip-missing", source.skip_missing,
+                     "interpolate missing frames of a sequence, which are an error otherwise");
+    add_text(command, "--cache", "FILE",
+             "point cache (PC2) with the positions of a mesh file's vertices", source.cache);
+    add_text(command, "--animation", "NAME|INDEX", "animation of a glTF file (the first)",
+             source.animation);
+    constexpr double kLeastFps = 1e-3;
+    add_parsed(command, "--fps", "N", "frames a second of a glTF file (24)", source.fps,
+               [](const std::string& text) { return parse_finite(text, kLeastFps); });
+    add_lenient(command, source.lenient);
+}
+
+CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
+    CLI::Option* const scene =
+        add_text(command, "SCENE", "",
+                 "builtin:NAME[:TRIANGLES], a mesh file (.obj, .ply), a folder of such files, a "
+                 "pattern such as frame_%04d.obj, or a .gltf or .glb file",
+                 source.scene);
+    scene->type_name("");
+    add_source_options(command, source);
+    return scene;
+}
+
+/// `otherwise` says which frames are the default.
+void add_frames(CLI::App& command, std::string& target, const char* otherwise) {
+    add_text(command, "--frames,--frame", "F|A..B[:STEP],...|all",
+             fmt::format("frames, in increasing order; fractions lie between whole frames ({})",
+                         otherwise),
+             target);
+}
+
+CLI::Option* add_frame(CLI::App& command, std::optional<double>& target) {
+    return add_parsed(command, "--frame,--frames", "F",
+                      "the frame; fractions lie between whole frames (the first)", target,
+                      parse_frame);
+}
+
+/// Size, camera, light and ambient occlusion, with the defaults to show.
+void add_view_options(CLI::App& command, morphray::View& view, const char* size,
+                      std::uint32_t least_ao, const char* ao) {
+    heading(command, "Image");
+    add_pair(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", size), 'x',
+             1, view.width, view.height);
+    add_parsed(command, "--eye", "X,Y,Z", "position of the camera", view.eye, parse_point);
+    add_parsed(command, "--target", "X,Y,Z", "point that the camera looks at", view.target,
+               parse_point);
+    add_parsed(command, "--up", "X,Y,Z", "upwards in the image (0,1,0)", view.up, parse_point);
+    add_parsed(command, "--fov", "DEGREES", "vertical field of view (45)", view.fov, parse_number);
+    add_parsed(command, "--light", "X,Y,Z", "point light", view.light, parse_point);
+    add_count(command, "--ao-samples",
+              fmt::format("ambient-occlusion rays a camera ray, {} to 256 ({})", least_ao, ao),
+              view.ao_count, least_ao, 256);
+    add_parsed(command, "--ao-distance", "LENGTH",
+               "length of ambient-occlusion rays (a quarter of the scene's diagonal)",
+               view.ao_distance, [](const std::string& text) { return parse_finite(text, 0); });
+}
+
+CLI::Option* add_rays(CLI::App& command, morphray::View& view, const char* otherwise) {
+    return add_choice(command, "--rays", fmt::format("what each pixel traces ({})", otherwise),
+                      kRays, view.rays);
+}
+
+template <std::size_t N>
+void add_backend_options(CLI::App& command, BackendOptions& backend,
+                         const Choice<BackendChoice> (&choices)[N], const char* otherwise) {
+    heading(command, "Backend");
+    add_choice(command, "--backend", fmt::format("what traces ({})", otherwise), choices,
+               backend.choice);
+    add_text(command, "--device", "DEVICE",
+             "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
+             backend.device);
+    add_count(command, "--threads", "CPU threads, 1 to 1024 (as many as the machine has)",
+              backend.threads, 1, 1024);
+    add_parsed(command, "--simd", "NAME",
+               "CPU instruction set (the best one; see `info`), or off: the scalar reference",
+               backend.simd, [](const std::string& text) {
+                   check_simd(text);
+                   return text;
+               });
+    command.add_flag("--validate", backend.validate, "run under the Vulkan validation layer");
+}
+
+void add_build_at(CLI::App& command, std::optional<double>& target) {
+    heading(command, "Tree");
+    add_parsed(command, "--build-at", "FRAME",
+               "frame whose positions the tree is built at (the first frame)", target, parse_frame);
+}
+
+CLI::Option* add_json(CLI::App& command, std::string& target) {
+    return add_text(command, "--json", "FILE|-", "a report for programs; - is stdout", target);
+}
+
+/// Refuses names of files for an --out that names a folder; `advice` says what to give.
+void refuse_file_name(const std::string& out, const char* advice) {
+    for (const char* ending :
+         {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr", ".svg", ".pdf", ".html",
+          ".mp4", ".gif", ".webp", ".webm", ".mov", ".mkv", ".avi"})
+        if (is_stdout(out) || lower_case(out).ends_with(ending))
+            refuse(fmt::format("--out: {} is no name of a folder; {}", quote(out), advice));
+}
+
+// ---- The options of each command, and what completes them after the parse.
 
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
@@ -112,25 +273,24 @@ constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else th
 /// "refit|rebuild|...": the forms of all policies.
 std::string update_forms() { return fmt::format("{}", fmt::join(policy_forms(), "|")); }
 
-/// Adds the options that render and view share. Returns a function that fills in defaults.
-auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
+/// Adds the options that render and view share.
+void add_image_options(CLI::App& command, ImageOptions& image, const char* size,
                        const char* samples_help) {
     add_scene(command, image.source)->required();
     add_view_options(command, image.view, size, 0, "8 with lit, else 16");
     CLI::Option* const rays = add_rays(command, image.view, "those of --shading lit");
-    add_choice<morphray::Shading>(command, "--shading",
-                                  "what colours show (lit): light and sky, one colour, normals, "
-                                  "depths, triangles (prim), nodes and leaves that a ray enters "
-                                  "(steps), cost of the tree's leaves (sah)",
-                                  kShadings, image.view.shading)
+    add_choice(command, "--shading",
+               "what colours show (lit): light and sky, one colour, normals, "
+               "depths, triangles (prim), nodes and leaves that a ray enters "
+               "(steps), cost of the tree's leaves (sah)",
+               kShadings, image.view.shading)
         ->excludes(rays);
-    CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
-                                                           kSampleCounts, image.view.samples);
+    add_choice(command, "--samples", samples_help, kSampleCounts, image.view.samples);
     command.add_flag("--flat", image.view.flat, "without smooth normals");
-    add_choice<bool>(command, "--ground",
-                     "a plane below the scene that shows shadows (on with lit for files, without "
-                     "--hits and --exr)",
-                     kOnOff, image.ground);
+    add_choice(command, "--ground",
+               "a plane below the scene that shows shadows (on with lit for files, without "
+               "--hits and --exr)",
+               kOnOff, image.ground);
     add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
     add_build_at(command, image.tree.build_at);
     add_parsed(
@@ -139,205 +299,148 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
         "frame or every K, or what pays",
         image.tree.update, parse_policy);
     heading(command, "Output");
-    const CLI::Option* const ao_samples = command.get_option("--ao-samples");
-    return [=, &image](std::uint32_t lit_samples) {
-        using morphray::Shading;
-        if (rays->count() > 0) image.view.shading = Shading::plain;
-        const bool is_lit = image.view.shading == Shading::lit;
-        constexpr std::uint32_t kLitAoCount = 8;
-        if (is_lit && ao_samples->count() == 0) image.view.ao_count = kLitAoCount;
-        if (!is_lit && image.view.ao_count == 0)
-            refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
-        if (samples->count() == 0) image.view.samples = is_lit ? lit_samples : 1;
-    };
 }
 
-void add_render(CommandAdder& adder) {
-    adder.add<RenderOptions>(
-        "render", "Writes an image of each frame",
-        "--frames --out --size --eye --target --light --shading --samples --ground --backend",
-        "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
-        "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png",
-        [&adder](CLI::App& command, RenderOptions& options) {
-            const auto complete =
-                add_image_options(command, options.image, "1024x1024",
-                                  "camera rays a pixel (4 with lit and without --hits, else 1)");
-            add_frames(command, options.frames, "all whole frames");
-            add_choice<const char*>(command, "--exr",
-                                    "also OpenEXR files, with linear colours and layers",
-                                    kExrColours, options.image.exr);
-            add_text(command, "-o,--out", "DIR|FILE.png",
-                     "folder of the images, or one image (out)", options.out);
-            add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits);
-            add_json(command, options.json);
-            adder.add_quiet(command);
-            adder.add_verbose(command);
-            return [complete, &options] {
-                complete(options.hits.empty() ? 4 : 1);
-                ImageOptions& image = options.image;
-                const bool has_data = !options.hits.empty() || !image.exr.empty();
-                if (!image.ground && has_data) image.ground = false;
-                if (!options.hits.empty() && (*image.ground || image.view.samples != 1))
-                    refuse(
-                        "--hits: a file of hits has one camera ray a pixel and one mesh; leave "
-                        "--samples and --ground out");
-                if (!image.exr.empty() && image.view.shading != morphray::Shading::lit)
-                    refuse("--exr: only --shading lit has linear colours");
-                if (!lower_case(options.out).ends_with(".png"))
-                    refuse_file_name(options.out,
-                                     "give a .png file, or a folder, of which ffmpeg makes a video "
-                                     "as docs/guide/start.md shows");
-            };
-        });
+void complete_image(const CLI::App& command, ImageOptions& image, std::uint32_t lit_samples) {
+    using morphray::Shading;
+    if (command.count("--rays") > 0) image.view.shading = Shading::plain;
+    const bool is_lit = image.view.shading == Shading::lit;
+    constexpr std::uint32_t kLitAoCount = 8;
+    if (is_lit && command.count("--ao-samples") == 0) image.view.ao_count = kLitAoCount;
+    if (!is_lit && image.view.ao_count == 0)
+        refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
+    if (command.count("--samples") == 0) image.view.samples = is_lit ? lit_samples : 1;
 }
 
-void add_view(CommandAdder& adder) {
-    adder.add<ViewOptions>(
-        "view", "A window that shows the scene move, and how it is traced",
-        "--frame --play --size --eye --target --light --shading --ground --backend --screenshot",
-        "  morphray view builtin:cloth --play\n"
-        "  morphray view builtin:cloth --frame 8 --screenshot cloth.png",
-        [&adder](CLI::App& command, ViewOptions& options) {
-            const auto complete = add_image_options(
-                command, options.image, "1280x720",
-                "camera rays a pixel of a still image (16; 4 with lit and --screenshot)");
-            add_frame(command, options.frame);
-            command.add_flag("--play", options.plays, "begin to play at once");
-            add_text(command, "--screenshot", "FILE.png",
-                     "write the first image that is complete, and end", options.screenshot);
-            adder.add_quiet(command);
-            adder.add_verbose(command);
-            const CLI::Option* const samples = command.get_option("--samples");
-            return [=, &options] {
-                // A still image goes on to be refined; a screenshot is what render writes.
-                complete(4);
-                if (options.screenshot.empty() && samples->count() == 0)
-                    options.image.view.samples = 16;
-                if (options.screenshot.empty()) return;
-                options.plays = false;
-                if (!lower_case(options.screenshot).ends_with(".png"))
-                    refuse("--screenshot: give a .png file");
-            };
-        });
+/// Most commands have nothing to complete.
+template <class Options>
+void complete(const CLI::App&, Options&) {}
+
+void add_options(CLI::App& command, RenderOptions& options) {
+    add_image_options(command, options.image, "1024x1024",
+                      "camera rays a pixel (4 with lit and without --hits, else 1)");
+    add_frames(command, options.frames, "all whole frames");
+    add_choice(command, "--exr", "also OpenEXR files, with linear colours and layers", kExrColours,
+               options.image.exr);
+    add_text(command, "-o,--out", "DIR|FILE.png", "folder of the images, or one image (out)",
+             options.out);
+    add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits);
+    add_json(command, options.json);
 }
 
-void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments) {
-    adder.add<CrosscheckOptions>(
-        "crosscheck", "Compares every backend and tree with a reference, bit by bit",
-        "--frames --size --eye --target --rays --backend --queries --html --junit --json",
-        "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
-        "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
-        [&](CLI::App& command, CrosscheckOptions& options) {
-            options.arguments.assign(arguments.begin(), arguments.end());
-            command.add_option("SCENES", options.scenes, "what to trace, one after the other")
-                ->required();
-            add_source_options(command, options.source);
-            add_frames(command, options.frames, kFewFrames);
-            add_view_options(command, options.view, "256x256", 1, "16");
-            add_choice<morphray::Rays>(command, "--rays", "what each pixel traces (all three)",
-                                       kRays, options.rays);
-            add_backend_options(command, options.backend, kCheckedBackends, "all");
-            heading(command, "Output");
-            add_choice<Reference>(command, "--reference",
-                                  "what the others are compared with (auto: brute force where that "
-                                  "takes seconds, else the CPU)",
-                                  kReferences, options.reference);
-            add_count(command, "--queries",
-                      "also compare hits, windings and closest triangles of N rays and points",
-                      options.query_count, 1, 1'000'000);
-            add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
-            add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
-                     options.html);
-            add_json(command, options.json);
-            adder.add_quiet(command);
-            return kNothing;
-        });
+void complete(const CLI::App& command, RenderOptions& options) {
+    ImageOptions& image = options.image;
+    complete_image(command, image, options.hits.empty() ? 4 : 1);
+    const bool has_data = !options.hits.empty() || image.exr;
+    if (!image.ground && has_data) image.ground = false;
+    if (!options.hits.empty() && (*image.ground || image.view.samples != 1))
+        refuse(
+            "--hits: a file of hits has one camera ray a pixel and one mesh; leave --samples and "
+            "--ground out");
+    if (image.exr && image.view.shading != morphray::Shading::lit)
+        refuse("--exr: only --shading lit has linear colours");
+    if (!lower_case(options.out).ends_with(".png"))
+        refuse_file_name(options.out,
+                         "give a .png file, or a folder, of which ffmpeg makes a video as "
+                         "docs/guide/start.md shows");
 }
 
-void add_probe(CommandAdder& adder) {
-    adder.add<ProbeOptions>(
-        "probe", "Describes one pixel: its ray, its hit, the triangles that it could hit",
-        "--frame --pixel --size --eye --target --rays --backend --update --build-at",
-        "  morphray probe builtin:cloth --frame 8 --pixel 512,600",
-        [&adder](CLI::App& command, ProbeOptions& options) {
-            add_scene(command, options.source)->required();
-            add_parsed(command, "--frame,--frames", "F", "the frame", options.frame, parse_frame)
-                ->required();
-            add_pair(command, "--pixel", "X,Y", "the pixel, from the upper left corner", ',', 0,
-                     options.pixel.x, options.pixel.y)
-                ->required();
-            add_view_options(command, options.view, "1024x1024", 1, "16");
-            add_rays(command, options.view, "primary");
-            add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
-            add_build_at(command, options.tree.build_at);
-            add_parsed(command, "--update", "refit|rebuild",
-                       "how the tree follows the vertices (refit)", options.tree.update,
-                       parse_policy);
-            heading(command, "Output");
-            adder.add_verbose(command);
-            return kNothing;
-        });
+void add_options(CLI::App& command, ViewOptions& options) {
+    add_image_options(command, options.image, "1280x720",
+                      "camera rays a pixel of a still image (16; 4 with lit and --screenshot)");
+    add_frame(command, options.frame);
+    command.add_flag("--play", options.plays, "begin to play at once");
+    add_text(command, "--screenshot", "FILE.png", "write the first image that is complete, and end",
+             options.screenshot);
 }
 
-void add_profile(CommandAdder& adder) {
-    adder.add<ProfileOptions>(
-        "profile", "Measures deforming, refitting, building and tracing",
-        "--frames --size --rays --backend --repeat --policies --plot --csv --json",
-        "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
-        "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
-        [&adder](CLI::App& command, ProfileOptions& options) {
-            add_scene(command, options.source)->required();
-            add_frames(command, options.frames, kFewFrames);
-            add_view_options(command, options.view, "1024x1024", 1, "16");
-            add_rays(command, options.view, "primary");
-            add_backend_options(command, options.backend, kBackends,
-                                "auto: the CPU, and Vulkan where there is a device");
-            add_build_at(command, options.tree.build_at);
-            heading(command, "Output");
-            add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
-                      options.repeat, 1, 10000);
-            CLI::Option* const policies =
-                add_parsed(command, "--policies", update_forms() + ",...",
-                           "update policies to compare, over all whole frames", options.policies,
-                           [](const std::string& text) {
-                               std::vector<PolicySpec> parsed;
-                               for (const std::string_view part : split(text, ','))
-                                   parsed.push_back(parse_policy(std::string(part)));
-                               return parsed;
-                           });
-            add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)",
-                     options.plot)
-                ->needs(policies);
-            add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
-                     options.csv);
-            add_json(command, options.json);
-            adder.add_quiet(command);
-            return kNothing;
-        });
+void complete(const CLI::App& command, ViewOptions& options) {
+    complete_image(command, options.image, 4);
+    if (options.screenshot.empty()) {
+        // A still image goes on to be refined; a screenshot is what render writes.
+        if (command.count("--samples") == 0) options.image.view.samples = 16;
+        return;
+    }
+    options.plays = false;
+    if (!lower_case(options.screenshot).ends_with(".png")) refuse("--screenshot: give a .png file");
 }
 
-void add_diff(CommandAdder& adder) {
-    adder.add<DiffOptions>(
-        "diff", "Compares two files of hits bit by bit", "",
-        "  morphray render builtin:cloth --frame 8 --hits a.hits\n"
-        "  morphray render builtin:cloth --frame 8 --backend cpu --simd off --hits b.hits\n"
-        "  morphray diff a.hits b.hits",
-        [&adder](CLI::App& command, DiffOptions& options) {
-            command.add_option("FILES", options.files, "the expected hits, and the other")
-                ->required()
-                ->expected(2);
-            adder.add_quiet(command);
-            return kNothing;
-        });
+void add_options(CLI::App& command, CrosscheckOptions& options) {
+    command.add_option("SCENES", options.scenes, "what to trace, one after the other")->required();
+    add_source_options(command, options.source);
+    add_frames(command, options.frames, kFewFrames);
+    add_view_options(command, options.view, "256x256", 1, "16");
+    add_choice(command, "--rays", "what each pixel traces (all three)", kRays, options.rays);
+    add_backend_options(command, options.backend, kCheckedBackends, "all");
+    heading(command, "Output");
+    add_choice(command, "--reference",
+               "what the others are compared with (auto: brute force where that "
+               "takes seconds, else the CPU)",
+               kReferences, options.reference);
+    add_count(command, "--queries",
+              "also compare hits, windings and closest triangles of N rays and points",
+              options.query_count, 1, 1'000'000);
+    add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
+    add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
+             options.html);
+    add_json(command, options.json);
+}
+
+void add_options(CLI::App& command, ProbeOptions& options) {
+    add_scene(command, options.source)->required();
+    add_parsed(command, "--frame,--frames", "F", "the frame", options.frame, parse_frame)
+        ->required();
+    add_pair(command, "--pixel", "X,Y", "the pixel, from the upper left corner", ',', 0,
+             options.pixel.x, options.pixel.y)
+        ->required();
+    add_view_options(command, options.view, "1024x1024", 1, "16");
+    add_rays(command, options.view, "primary");
+    add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
+    add_build_at(command, options.tree.build_at);
+    add_parsed(command, "--update", "refit|rebuild", "how the tree follows the vertices (refit)",
+               options.tree.update, parse_policy);
+    heading(command, "Output");
+}
+
+void add_options(CLI::App& command, ProfileOptions& options) {
+    add_scene(command, options.source)->required();
+    add_frames(command, options.frames, kFewFrames);
+    add_view_options(command, options.view, "1024x1024", 1, "16");
+    add_rays(command, options.view, "primary");
+    add_backend_options(command, options.backend, kBackends,
+                        "auto: the CPU, and Vulkan where there is a device");
+    add_build_at(command, options.tree.build_at);
+    heading(command, "Output");
+    add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
+              options.repeat, 1, 10000);
+    CLI::Option* const policies =
+        add_parsed(command, "--policies", update_forms() + ",...",
+                   "update policies to compare, over all whole frames", options.policies,
+                   [](const std::string& text) {
+                       std::vector<PolicySpec> parsed;
+                       for (const std::string_view part : split(text, ','))
+                           parsed.push_back(parse_policy(std::string(part)));
+                       return parsed;
+                   });
+    add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)", options.plot)
+        ->needs(policies);
+    add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
+             options.csv);
+    add_json(command, options.json);
+}
+
+void add_options(CLI::App& command, DiffOptions& options) {
+    command.add_option("FILES", options.files, "the expected hits, and the other")
+        ->required()
+        ->expected(2);
 }
 
 template <class Options>
-void add_answers(const CommandAdder& adder, CLI::App& command, Options& options) {
+void add_answers(CLI::App& command, Options& options) {
     add_scene(command, options.source)->required();
     add_frame(command, options.frame);
     add_backend_options(command, options.backend, kBackends, "cpu");
     heading(command, "Output");
-    adder.add_quiet(command);
 }
 
 void refuse_idle_device(const BackendOptions& backend) {
@@ -347,141 +450,175 @@ void refuse_idle_device(const BackendOptions& backend) {
         refuse("--device, --validate: nothing runs on a device; choose --backend vulkan");
 }
 
-void add_trace(CommandAdder& adder) {
-    adder.add<TraceOptions>(
-        "trace", "Traces the rays of a file, and writes their hits to a file",
+void add_options(CLI::App& command, TraceOptions& options) {
+    add_answers(command, options);
+    add_text(command, "--rays", "FILE|-",
+             "a line `ox oy oz dx dy dz [tnear tfar [prim_id]]` for each ray, or an array "
+             "(.npy)",
+             options.ray_file)
+        ->required();
+    add_text(command, "-o,--out", "FILE|-",
+             "a line for each ray: `H t prim u v` (prim: the triangle's number) or `M`, a miss",
+             options.out)
+        ->required();
+    command.add_flag("--binary", options.binary_rays,
+                     "rays are 8 little-endian floats each: org, tnear, dir, tfar");
+    CLI::Option* const all = command.add_flag(
+        "--all", options.all_hits,
+        "all hits of each ray, nearest first: a line `R hits left-out`, then those");
+    add_count(command, "--max-hits", "the most hits of a ray that are written (all)",
+              options.hit_lists.max_hits, 1, std::numeric_limits<std::uint32_t>::max())
+        ->needs(all);
+    add_choice(command, "--crossing",
+               "which triangles a ray hits that goes through an edge or a vertex: the first of a "
+               "mesh (once), each, or one of those that it passes through (owner)",
+               kCrossings, options.hit_lists.crossing)
+        ->needs(all);
+}
+
+void complete(const CLI::App&, TraceOptions& options) { refuse_idle_device(options.backend); }
+
+void add_options(CLI::App& command, QueryOptions& options) {
+    add_answers(command, options);
+    add_text(command, "--points", "FILE|-", "a line `x y z` for each point", options.point_file)
+        ->required();
+    add_parsed(command, "--ask", names_of(kPointQueries) + ",...",
+               "what is answered, in this order: inside: 0 or 1; winding: how often meshes "
+               "wind around the point; distance: to the surface, negative inside; closest: "
+               "`x y z distance prim u v feature` (prim: the triangle's number)",
+               options.queries,
+               [](const std::string& text) {
+                   std::vector<PointQuery> queries;
+                   for (const std::string_view part : split(text, ',')) {
+                       queries.push_back(value_in(kPointQueries, part));
+                       if (std::ranges::count(queries, queries.back()) > 1)
+                           refuse(std::string(part) + " is given twice");
+                   }
+                   return queries;
+               })
+        ->required();
+    add_choice(command, "--rule",
+               "which points are inside: those that meshes wind around, or those with an odd "
+               "number of crossings (nonzero)",
+               kFillRules, options.rule);
+    add_parsed(command, "--max-distance", "LENGTH", "how far the surface may be (any distance)",
+               options.max_distance, [](const std::string& text) {
+                   constexpr double kMost = std::numeric_limits<float>::max();
+                   return static_cast<float>(std::min(parse_finite(text, 0), kMost));
+               });
+    add_text(command, "-o,--out", "FILE|-", "a line of answers for each point (stdout)",
+             options.out);
+}
+
+void complete(const CLI::App&, QueryOptions& options) { refuse_idle_device(options.backend); }
+
+void add_options(CLI::App& command, ChartOptions& options) {
+    command.add_option("SCENES", options.scenes, "what to trace, at the middle frame")->required();
+    add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
+             options.out)
+        ->required();
+    command.add_flag("--quick", options.quick, "fewer rays and runs");
+    add_lenient(command, options.lenient);
+}
+
+void complete(const CLI::App&, ChartOptions& options) {
+    refuse_file_name(options.out, "give a folder");
+}
+
+void add_options(CLI::App& command, InfoOptions& options) {
+    CLI::Option* const scene = add_scene(command, options.source);
+    add_frame(command, options.frame)->needs(scene);
+    command.add_flag("--bvh", options.tree_facts, "build the tree and describe it")->needs(scene);
+    add_json(command, options.json)->needs(scene);
+}
+
+void add_options(CLI::App& command, DevicesOptions& options) {
+    command.add_flag("--check", options.checks,
+                     "compare rays, shading and refit of each device with the CPU's");
+    add_json(command, options.json);
+}
+
+/// Adds a command. `everyday` names the options of --help; without any, --help has all. `flags` are
+/// "quiet" and "verbose".
+template <class Options>
+void add_command(CLI::App& app, ParsedCommandLine& parsed, const char* name, const char* help,
+                 std::string_view everyday, const char* examples, std::string_view flags) {
+    CLI::App& command = *app.add_subcommand(name, help)->group("Commands");
+    command.footer(std::string("Examples:\n") + examples);
+    if (!everyday.empty()) command.set_help_all_flag("--help-all", "print all options");
+    const auto options = std::make_shared<Options>();
+    add_options(command, *options);
+    if (flags.starts_with("quiet"))
+        command.add_flag("-q,--quiet", parsed.quiet, "neither table nor progress");
+    if (flags.ends_with("verbose"))
+        command.add_flag("-v,--verbose", parsed.verbose, "say what is used and decided");
+    if (everyday.empty())
+        for (CLI::Option* const option : command.get_options()) option->group(kEveryday);
+    else
+        for (const std::string_view one : split(everyday, ' '))
+            command.get_option(std::string(one))->group(kEveryday);
+    command.callback([&command, &parsed, options] {
+        complete(command, *options);
+        parsed.options = *options;
+    });
+}
+
+void add_commands(CLI::App& app, ParsedCommandLine& parsed) {
+    add_command<RenderOptions>(
+        app, parsed, "render", "Writes an image of each frame",
+        "--frames --out --size --eye --target --light --shading --samples --ground --backend",
+        "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
+        "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png",
+        "quiet verbose");
+    add_command<ViewOptions>(
+        app, parsed, "view", "A window that shows the scene move, and how it is traced",
+        "--frame --play --size --eye --target --light --shading --ground --backend --screenshot",
+        "  morphray view builtin:cloth --play\n"
+        "  morphray view builtin:cloth --frame 8 --screenshot cloth.png",
+        "quiet verbose");
+    add_command<CrosscheckOptions>(
+        app, parsed, "crosscheck", "Compares every backend and tree with a reference, bit by bit",
+        "--frames --size --eye --target --rays --backend --queries --html --junit --json",
+        "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
+        "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
+        "quiet");
+    add_command<DiffOptions>(
+        app, parsed, "diff", "Compares two files of hits bit by bit", "",
+        "  morphray render builtin:cloth --frame 8 --hits a.hits\n"
+        "  morphray render builtin:cloth --frame 8 --backend cpu --simd off --hits b.hits\n"
+        "  morphray diff a.hits b.hits",
+        "quiet");
+    add_command<ProbeOptions>(
+        app, parsed, "probe",
+        "Describes one pixel: its ray, its hit, the triangles that it could hit",
+        "--frame --pixel --size --eye --target --rays --backend --update --build-at",
+        "  morphray probe builtin:cloth --frame 8 --pixel 512,600", "verbose");
+    add_command<ProfileOptions>(
+        app, parsed, "profile", "Measures deforming, refitting, building and tracing",
+        "--frames --size --rays --backend --repeat --policies --plot --csv --json",
+        "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
+        "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
+        "quiet");
+    add_command<TraceOptions>(
+        app, parsed, "trace", "Traces the rays of a file, and writes their hits to a file",
         "--frame --backend --rays --out --binary --all --max-hits --crossing",
         "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -\n"
         "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out - --all",
-        [&adder](CLI::App& command, TraceOptions& options) {
-            add_answers(adder, command, options);
-            add_text(command, "--rays", "FILE|-",
-                     "a line `ox oy oz dx dy dz [tnear tfar [prim_id]]` for each ray, or an array "
-                     "(.npy)",
-                     options.ray_file)
-                ->required();
-            add_text(
-                command, "-o,--out", "FILE|-",
-                "a line for each ray: `H t prim u v` (prim: the triangle's number) or `M`, a miss",
-                options.out)
-                ->required();
-            command.add_flag("--binary", options.binary_rays,
-                             "rays are 8 little-endian floats each: org, tnear, dir, tfar");
-            CLI::Option* const all = command.add_flag(
-                "--all", options.all_hits,
-                "all hits of each ray, nearest first: a line `R hits left-out`, then those");
-            add_count(command, "--max-hits", "the most hits of a ray that are written (all)",
-                      options.hit_lists.max_hits, 1, std::numeric_limits<std::uint32_t>::max())
-                ->needs(all);
-            add_choice<morphray::Crossing>(
-                command, "--crossing",
-                "which triangles a ray hits that goes through an edge or a vertex: the first of a "
-                "mesh (once), each, or one of those that it passes through (owner)",
-                kCrossings, options.hit_lists.crossing)
-                ->needs(all);
-            return [&options] { refuse_idle_device(options.backend); };
-        });
-}
-
-std::vector<PointQuery> parse_point_queries(const std::string& text) {
-    std::vector<PointQuery> queries;
-    for (const std::string_view part : split(text, ',')) {
-        queries.push_back(value_in<PointQuery>(kPointQueries, part));
-        if (std::ranges::count(queries, queries.back()) > 1)
-            refuse(std::string(part) + " is given twice");
-    }
-    return queries;
-}
-
-void add_query(CommandAdder& adder) {
-    adder.add<QueryOptions>(
-        "query", "Says where the points of a file are: inside, how far, closest to",
+        "quiet");
+    add_command<QueryOptions>(
+        app, parsed, "query", "Says where the points of a file are: inside, how far, closest to",
         "--frame --backend --points --ask --rule --max-distance --out",
         "  echo 0 1 0 | morphray query builtin:spikes --points - --ask inside,distance\n"
         "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest",
-        [&adder](CLI::App& command, QueryOptions& options) {
-            add_answers(adder, command, options);
-            add_text(command, "--points", "FILE|-", "a line `x y z` for each point",
-                     options.point_file)
-                ->required();
-            add_parsed(command, "--ask", names_of<PointQuery>(kPointQueries) + ",...",
-                       "what is answered, in this order: inside: 0 or 1; winding: how often meshes "
-                       "wind around the point; distance: to the surface, negative inside; closest: "
-                       "`x y z distance prim u v feature` (prim: the triangle's number)",
-                       options.queries, parse_point_queries)
-                ->required();
-            add_choice<morphray::FillRule>(
-                command, "--rule",
-                "which points are inside: those that meshes wind around, or those with an odd "
-                "number of crossings (nonzero)",
-                kFillRules, options.rule);
-            add_parsed(command, "--max-distance", "LENGTH",
-                       "how far the surface may be (any distance)", options.max_distance,
-                       [](const std::string& text) {
-                           constexpr double kMost = std::numeric_limits<float>::max();
-                           return static_cast<float>(std::min(parse_finite(text, 0), kMost));
-                       });
-            add_text(command, "-o,--out", "FILE|-", "a line of answers for each point (stdout)",
-                     options.out);
-            return [&options] { refuse_idle_device(options.backend); };
-        });
-}
-
-void add_chart(CommandAdder& adder) {
-    adder.add<ChartOptions>(
-        "chart", "Draws charts of speed against accuracy, as images and data", "",
-        "  morphray chart builtin:cloth --out charts --quick",
-        [&](CLI::App& command, ChartOptions& options) {
-            command.add_option("SCENES", options.scenes, "what to trace, at the middle frame")
-                ->required();
-            add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
-                     options.out)
-                ->required();
-            command.add_flag("--quick", options.quick, "fewer rays and runs");
-            add_lenient(command, options.lenient);
-            adder.add_quiet(command);
-            return [&options] { refuse_file_name(options.out, "give a folder"); };
-        });
-}
-
-void add_info(CommandAdder& adder) {
-    adder.add<InfoOptions>(
-        "info", "Describes a scene; without a scene, this program", "",
-        "  morphray info builtin:cloth --bvh", [](CLI::App& command, InfoOptions& options) {
-            CLI::Option* const scene = add_scene(command, options.source);
-            add_frame(command, options.frame)->needs(scene);
-            command.add_flag("--bvh", options.tree_facts, "build the tree and describe it")
-                ->needs(scene);
-            add_json(command, options.json)->needs(scene);
-            return kNothing;
-        });
-}
-
-void add_devices(CommandAdder& adder) {
-    adder.add<DevicesOptions>(
-        "devices", "Lists the Vulkan devices, and tests them", "", "  morphray devices --check",
-        [](CLI::App& command, DevicesOptions& options) {
-            command.add_flag("--check", options.checks,
-                             "compare rays, shading and refit of each device with the CPU's");
-            add_json(command, options.json);
-            return kNothing;
-        });
-}
-
-void add_commands(CLI::App& app, ParsedCommandLine& parsed,
-                  std::span<const std::string> arguments) {
-    CommandAdder adder(app, parsed);
-    add_render(adder);
-    add_view(adder);
-    add_crosscheck(adder, arguments);
-    add_diff(adder);
-    add_probe(adder);
-    add_profile(adder);
-    add_trace(adder);
-    add_query(adder);
-    add_chart(adder);
-    add_info(adder);
-    add_devices(adder);
+        "quiet");
+    add_command<ChartOptions>(app, parsed, "chart",
+                              "Draws charts of speed against accuracy, as images and data", "",
+                              "  morphray chart builtin:cloth --out charts --quick", "quiet");
+    add_command<InfoOptions>(app, parsed, "info",
+                             "Describes a scene; without a scene, this program", "",
+                             "  morphray info builtin:cloth --bvh", "");
+    add_command<DevicesOptions>(app, parsed, "devices", "Lists the Vulkan devices, and tests them",
+                                "", "  morphray devices --check", "");
 }
 
 }  // namespace
@@ -501,7 +638,7 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
     app.footer(wrapped(kFooter));
     app.set_version_flag("-v,--version", fmt::format("morphray {}", kVersionDetail),
                          "print the version");
-    add_commands(app, parsed, arguments);
+    add_commands(app, parsed);
     std::reverse(line.begin(), line.end());
     try {
         app.parse(line);
@@ -524,6 +661,9 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
                            extras.empty() ? error.what() : "unknown argument " + quote(extras[0]),
                            command));
     }
+    if (CrosscheckOptions* const options =
+            parsed.options ? std::get_if<CrosscheckOptions>(&*parsed.options) : nullptr)
+        options->arguments.assign(arguments.begin(), arguments.end());
     return parsed;
 }
 

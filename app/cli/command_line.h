@@ -1,10 +1,6 @@
 // From argv to the options of a command.
 #pragma once
 
-#include <optional>
-#include <span>
-#include <string>
-
 #include "app/base/options.h"
 
 namespace mray::app {

@@ -1,8 +1,6 @@
 // The commands of the program, each in a file of its own.
 #pragma once
 
-#include <string>
-
 #include "app/base/messages.h"
 #include "app/base/options.h"
 #include "common/interop/ray.h"

@@ -1,6 +1,4 @@
 // morphray devices: lists the Vulkan devices, and tests them.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <optional>
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "app/base/messages.h"
 #include "app/commands/commands.h"
 #include "common/text/text.h"
 #include "morphray/images.hpp"
@@ -34,22 +33,8 @@ std::string shape_of(const morphray::HitsFile& file) {
                        file.images.size() == 1 ? "" : "s", file.width, file.height);
 }
 
-void require_same_shape(const std::vector<std::string>& names, const morphray::HitsFile& expected,
-                        const morphray::HitsFile& actual) {
-    if (expected.width == actual.width && expected.height == actual.height &&
-        expected.images.size() == actual.images.size()) {
-        return;
-    }
-    throw Error(ErrorKind::kBadInput,
-                "{}: has {}, but {} has {}; only files of the same size and number of images can "
-                "be compared",
-                escape(names[1]), shape_of(actual), escape(names[0]), shape_of(expected));
-}
-
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
-    if (hit.prim_id == kNoPrim) return "miss";
-    return fmt::format("t {} u {} v {} prim {} occluded {}", hex_text(hit.t), hex_text(hit.u),
-                       hex_text(hit.v), hit.prim_id, occlusion);
+    return describe(hit) + (hit.prim_id == kNoPrim ? "" : fmt::format(" occluded {}", occlusion));
 }
 
 std::string describe_images(const std::vector<FrameDifference>& images) {
@@ -70,17 +55,6 @@ std::string describe_images(const std::vector<FrameDifference>& images) {
     return text;
 }
 
-std::string summary(const std::vector<FrameDifference>& images, const std::string& shape) {
-    std::uint64_t pixels = 0;
-    for (const FrameDifference& difference : images) pixels += difference.total();
-    if (pixels == 0) return fmt::format("{}: equal bit by bit", shape);
-    const auto differing = std::ranges::count_if(
-        images, [](const FrameDifference& difference) { return difference.total() != 0; });
-    return fmt::format("{}: {} pixel{} of {} image{} differ{}", shape, pixels,
-                       pixels == 1 ? "" : "s", differing, differing == 1 ? "" : "s",
-                       pixels == 1 ? "s" : "");
-}
-
 }  // namespace
 
 ExitCode run_command(const DiffOptions& options, const Messages& messages) {
@@ -90,17 +64,30 @@ ExitCode run_command(const DiffOptions& options, const Messages& messages) {
     };
     const morphray::HitsFile expected = read(names[0]);
     const morphray::HitsFile actual = read(names[1]);
-    require_same_shape(names, expected, actual);
+    if (expected.width != actual.width || expected.height != actual.height ||
+        expected.images.size() != actual.images.size())
+        throw Error(ErrorKind::kBadInput,
+                    "{}: has {}, but {} has {}; only files of the same size and number of images "
+                    "can be compared",
+                    escape(names[1]), shape_of(actual), escape(names[0]), shape_of(expected));
     std::vector<FrameDifference> images;
     for (std::size_t i = 0; i < expected.images.size(); ++i) {
         throw_if_interrupted();
         images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
     }
-    const std::string verdict = summary(images, shape_of(actual));
-    const bool equal = std::ranges::all_of(
-        images, [](const FrameDifference& difference) { return difference.total() == 0; });
+    std::uint64_t pixels = 0;
+    std::size_t differing = 0;
+    for (const FrameDifference& difference : images) {
+        pixels += difference.total();
+        differing += difference.total() != 0;
+    }
+    std::string verdict = shape_of(actual) + ": equal bit by bit";
+    if (pixels > 0)
+        verdict = fmt::format("{}: {} pixel{} of {} image{} differ{}", shape_of(actual), pixels,
+                              pixels == 1 ? "" : "s", differing, differing == 1 ? "" : "s",
+                              pixels == 1 ? "s" : "");
     return write_reports(
-        equal ? ExitCode::kOk : ExitCode::kCheckFailed, messages, {},
+        pixels == 0 ? ExitCode::kOk : ExitCode::kCheckFailed, messages, {},
         [&] { return describe_images(images) + verdict + '\n'; }, verdict);
 }
 

@@ -1,21 +1,14 @@
 // morphray info: describes a scene, or this program.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <filesystem>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/base/options.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/frame_times.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
-#include "common/text/text.h"
-#include "common/version.h"
 #include "library/src/engine.h"
 #include "report/table.h"
 #include "scenes/procedural/procedural.h"
@@ -61,19 +54,6 @@ Json describe_tree(const AnimationScene& scene) {
             {"bytes", stats.bytes}};
 }
 
-void add_textures(Json& json, const SceneTextures* textures) {
-    Json names = Json::array();
-    std::ptrdiff_t textured = 0;
-    if (textures != nullptr) {
-        for (const TextureFile& file : textures->files)
-            names.push_back(escape(std::filesystem::path(file.path).filename()));
-        textured = std::ranges::count_if(textures->texture_ids,
-                                         [](std::uint32_t id) { return id != kNoTexture; });
-    }
-    json["textures"] = names;
-    json["textured_triangles"] = textured;
-}
-
 Json describe_scene(const InfoOptions& options, const Messages& messages) {
     const std::unique_ptr<Animation> opened = open_animation(options.source, messages);
     const Animation& animation = *opened;
@@ -114,16 +94,22 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
                      {"uneven", edges.uneven},
                      {"twins", edges.twins}};
     json["topology_hash"] = hash_text(topology_hash(topology));
-    add_textures(json, animation.textures());
+    json["textures"] = Json::array();
+    json["textured_triangles"] = 0;
+    if (const SceneTextures* const textures = animation.textures()) {
+        for (const TextureFile& file : textures->files)
+            json["textures"].push_back(escape(std::filesystem::path(file.path).filename()));
+        json["textured_triangles"] = std::ranges::count_if(
+            textures->texture_ids, [](std::uint32_t id) { return id != kNoTexture; });
+    }
     json["animations"] = Json::array();
     for (const NamedAnimation& named : animation.animations())
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", named.name},
                                       {"shown", named.is_shown}});
-    if (options.tree_facts) {
+    if (options.tree_facts)
         json["tree"] = describe_tree(
             AnimationScene(morphray::Device::cpu(), {.view = {}}, animation, frame, messages));
-    }
     return json;
 }
 

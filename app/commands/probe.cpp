@@ -5,15 +5,11 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
-#include <utility>
-#include <vector>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/base/messages.h"
 #include "app/commands/commands.h"
-#include "common/base/errors.h"
 #include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/interop/camera.h"
@@ -95,16 +91,6 @@ std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
     found.insert(found.end(), extra.begin(), extra.end());
     std::sort(found.begin(), found.end(), before);
     return found;
-}
-
-void require_pixel(const ProbeOptions& options) {
-    const Pixel p = options.pixel;
-    const morphray::View& view = options.view;
-    if (p.x < view.width && p.y < view.height) return;
-    throw Error(ErrorKind::kBadArgument,
-                "--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to {},{}, or "
-                "another --size",
-                p.x, p.y, view.width, view.height, view.width - 1, view.height - 1);
 }
 
 // Every bit, and a number to read.
@@ -194,7 +180,13 @@ std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute,
 }
 
 ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
-    require_pixel(options);
+    const Pixel pixel = options.pixel;
+    if (pixel.x >= options.view.width || pixel.y >= options.view.height)
+        throw Error(ErrorKind::kBadArgument,
+                    "--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to {},{}, or "
+                    "another --size",
+                    pixel.x, pixel.y, options.view.width, options.view.height,
+                    options.view.width - 1, options.view.height - 1);
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
     const double number = select_frame(options.frame, options.tree.build_at, *animation);
     const Topology& topology = animation->topology();
@@ -212,7 +204,6 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     progress.reset();
     progress.emplace("testing all triangles", 0, messages);
 
-    const Pixel pixel = options.pixel;
     const std::size_t index = std::size_t{pixel.y} * params.width + pixel.x;
     const Hit image = frame.hits[index];
     const std::uint32_t colour = frame.pixels[index];

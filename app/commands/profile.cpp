@@ -1,22 +1,13 @@
 // morphray profile: measures the stages of a frame, or compares policies.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
-#include <memory>
-#include <numeric>
 #include <set>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/base/messages.h"
 #include "app/commands/commands.h"
-#include "common/base/errors.h"
+#include "app/report/json_parts.h"
 #include "common/bvh/bvh.h"
-#include "common/frame_times.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"
 #include "report/plot.h"
@@ -56,26 +47,14 @@ struct PolicyRun {
     double total_ms = 0;
     /// total_ms beyond the least of all policies on the backend, relative to it.
     double regret = 0;
-
-    Spread of_rounds(std::size_t frame, double (*value)(const Played&)) const {
-        std::vector<double> values;
-        for (const std::vector<Played>& round : rounds) values.push_back(value(round[frame]));
-        return spread_of(values);
-    }
 };
 
-double trace_of(const Played& frame) { return frame.trace_ms; }
 double cost_of(const Played& frame) { return frame.times.total_ms() + frame.trace_ms; }
 
-std::vector<double> costs_of(const std::vector<Played>& frames) {
-    std::vector<double> costs;
-    for (const Played& frame : frames) costs.push_back(cost_of(frame));
-    return costs;
-}
-
 double total_of(const std::vector<Played>& frames) {
-    const std::vector<double> costs = costs_of(frames);
-    return std::accumulate(costs.begin(), costs.end(), 0.0);
+    double total = 0;
+    for (const Played& frame : frames) total += cost_of(frame);
+    return total;
 }
 
 void compare(std::span<PolicyRun> runs) {
@@ -131,8 +110,11 @@ Json policy_json(const PolicyRun& run) {
                frame.update.step == morphray::Step::swap;
     };
     Json hashes = Json::array();
-    for (const Played& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
-    const std::vector<double> costs = costs_of(run.frames);
+    std::vector<double> costs;
+    for (const Played& frame : run.frames) {
+        hashes.push_back(hash_text(frame.hits_hash));
+        costs.push_back(cost_of(frame));
+    }
     std::vector<double> totals;
     for (const std::vector<Played>& round : run.rounds) totals.push_back(total_of(round));
     const Spread total = spread_of(totals);
@@ -162,8 +144,14 @@ Table frames_table(const std::vector<PolicyRun>& runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
             const Played& f = run.frames[i];
             const UpdateTimes& times = f.times;
-            const Spread trace = run.of_rounds(i, trace_of);
-            const Spread cost = run.of_rounds(i, cost_of);
+            std::vector<double> traces;
+            std::vector<double> costs;
+            for (const std::vector<Played>& round : run.rounds) {
+                traces.push_back(round[i].trace_ms);
+                costs.push_back(cost_of(round[i]));
+            }
+            const Spread trace = spread_of(traces);
+            const Spread cost = spread_of(costs);
             table.add({run.policy, run.backend, fmt::format("{}", f.frame),
                        to_string(f.update.step), fixed_ms(times.upload_ms),
                        fixed_ms(times.refit_ms), fixed_ms(times.decide_ms),
@@ -249,17 +237,16 @@ std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs
                       lower_case(file).ends_with(".png") ? "png" : "svg");
 }
 
-void require_plotter(const std::string& file) {
-    if (!lower_case(file).ends_with(".svg") && !lower_case(file).ends_with(".png")) {
-        throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png", file);
-    }
-    plot::require_gnuplot("--plot");
-}
-
 /// morphray profile --policies: compares update policies over an animation.
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
     check_reports({options.json, options.csv, options.plot});
-    if (!options.plot.empty()) require_plotter(options.plot);
+    if (!options.plot.empty()) {
+        const std::string name = lower_case(options.plot);
+        if (!name.ends_with(".svg") && !name.ends_with(".png"))
+            throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png",
+                        options.plot);
+        plot::require_gnuplot("--plot");
+    }
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kAll);
@@ -323,7 +310,6 @@ public:
     /// Frames must come in order. Returns medians, and in "samples_ms" the times of all runs:
     /// "update" is upload and refit of each run, "trace_rebuilt" the trace of the rebuilt tree.
     Json measure(double frame) {
-        FrameTimes times;
         std::map<std::string, std::vector<double>> samples;
         const std::span<const vec3> positions = engine::positions(scene_.scene());
         Bvh rebuilt;
@@ -347,15 +333,15 @@ public:
                 return watch.ms();
             });
             add(samples["trace"], [&] { return trace(refits_); });
-            times.rays = refits_.finish().rays;
             if (round == 0) given_->set_frame(positions, rebuilt);
             add(samples["trace_rebuilt"], [&] { return trace(*given_); });
         }
-        times.deform_ms = median(samples["deform"]);
-        times.update.upload_ms = median(samples["upload"]);
-        times.update.refit_ms = median(samples["refit"]);
-        times.update.rebuild_ms = median(samples["rebuild"]);
-        times.trace_ms = median(samples["trace"]);
+        const FrameTimes times = {.deform_ms = median(samples["deform"]),
+                                  .update = {.upload_ms = median(samples["upload"]),
+                                             .refit_ms = median(samples["refit"]),
+                                             .rebuild_ms = median(samples["rebuild"])},
+                                  .trace_ms = median(samples["trace"]),
+                                  .rays = refits_.finish().rays};
         refits_.read_tree(tree_);
         Json row = {{"frame", frame}, {"backend", backend()}};
         add_times(row, times);
@@ -462,31 +448,15 @@ Table table_of(const Json& rows) {
                  "SAH ratio"});
     for (const Json& row : rows) {
         const auto number = [&](const char* key) { return row[key].get<double>(); };
-        const auto ms = [](double value) { return fmt::format("{:.3f}", value); };
         table.add({row.contains("frame") ? fmt::format("{}", number("frame")) : "all",
-                   row["backend"], ms(number("deform_ms")),
-                   ms(number("upload_ms") + number("refit_ms")), ms(number("rebuild_ms")),
-                   ms(number("trace_ms")), ms(number("trace_rebuilt_ms")),
+                   row["backend"], fixed_ms(number("deform_ms")),
+                   fixed_ms(number("upload_ms") + number("refit_ms")),
+                   fixed_ms(number("rebuild_ms")), fixed_ms(number("trace_ms")),
+                   fixed_ms(number("trace_rebuilt_ms")),
                    fmt::format("{:.1f}", number("rays") / (number("trace_ms") * 1e3 + 1e-9)),
                    fmt::format("{:.3f}", number("sah_cost") / number("rebuilt_sah_cost"))});
     }
     return table;
-}
-
-void measure(const ProfileOptions& options, const Animation& animation,
-             const std::vector<double>& frames, const Messages& messages, Json& report) {
-    const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
-    Progress progress("measuring", frames.size() * devices.size(), messages);
-    for (const morphray::Device& device : devices) {
-        progress.begin("tree");
-        StageProfiler profiler(options, animation, frames.front(), device, messages);
-        for (const double frame : frames) {
-            throw_if_interrupted();
-            progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()));
-            report["frames"].push_back(profiler.measure(frame));
-            progress.update(report["frames"].size());
-        }
-    }
 }
 
 }  // namespace
@@ -503,7 +473,20 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     Json report = profile_head(options, *animation);
     report["options"] = measured_options(options);
     report["frames"] = Json::array();
-    measure(options, *animation, frames, messages, report);
+    {
+        const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
+        Progress progress("measuring", frames.size() * devices.size(), messages);
+        for (const morphray::Device& device : devices) {
+            progress.begin("tree");
+            StageProfiler profiler(options, *animation, frames.front(), device, messages);
+            for (const double frame : frames) {
+                throw_if_interrupted();
+                progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()));
+                report["frames"].push_back(profiler.measure(frame));
+                progress.update(report["frames"].size());
+            }
+        }
+    }
     const auto text = [&] {
         const Json backends = backends_of(report["frames"]);
         return fmt::format(

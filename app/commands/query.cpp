@@ -2,11 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
 
 #include "app/animation/animation_scene.h"
-#include "app/base/messages.h"
 #include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
 #include "common/scene/mesh.h"
@@ -18,21 +15,16 @@ namespace {
 // Points that are answered and written together.
 constexpr std::size_t kPointsOfBatch = std::size_t{1} << 16;
 
-bool is_finite(const glm::dvec3& p) {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
-const char* name_of(morphray::Feature feature) {
-    if (feature == morphray::Feature::vertex) return "vertex";
-    return feature == morphray::Feature::edge ? "edge" : "face";
-}
+constexpr Choice<morphray::Feature> kFeatures[] = {{"face", morphray::Feature::face},
+                                                   {"edge", morphray::Feature::edge},
+                                                   {"vertex", morphray::Feature::vertex}};
 
 std::string text_of(const morphray::ClosestPoint& c, const Origin& origin) {
     if (!c) return "- - - inf - - - -";
     const glm::dvec3 p = origin.from_world({c.point.x, c.point.y, c.point.z});
     return fmt::format("{1:.{0}g} {2:.{0}g} {3:.{0}g} {4:.9g} {5} {6:.9g} {7:.9g} {8}",
                        origin.digits(), p.x, p.y, p.z, c.distance, c.prim_id, c.u, c.v,
-                       name_of(c.feature));
+                       name_in(kFeatures, c.feature));
 }
 
 /// Warns if queries that need a closed mesh are about one that is not, or encloses nothing.
@@ -51,74 +43,56 @@ void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
                                edges.twins != 0 ? " without twins" : "")});
 }
 
-/// Answers queries about points in batches and gathers the answers as lines.
-class PointQueries {
-public:
-    PointQueries(const QueryOptions& options, const PosedAnimation& posed)
-        : options_(options), scene_(posed.scene->scene()), origin_(posed.animation->origin()) {}
-
-    void answer(std::span<const glm::dvec3> points) {
-        points_.clear();
-        for (const glm::dvec3& point : points) {
-            const vec3 p = origin_.to_world(point);
-            points_.push_back({p.x, p.y, p.z});
-        }
-        call_library([&] {
-            for (const PointQuery query : options_.queries) answer(query, points_);
-        });
-        for (std::size_t i = 0; i < points.size(); ++i) write(i);
+/// Appends a line of answers for each point.
+void answer(const QueryOptions& options, const PosedAnimation& posed,
+            std::span<const glm::dvec3> file_points, std::string& text) {
+    const Origin origin = posed.animation->origin();
+    const morphray::Scene& scene = posed.scene->scene();
+    const std::size_t count = file_points.size();
+    std::vector<morphray::Vec3> points;
+    for (const glm::dvec3& point : file_points) {
+        const vec3 p = origin.to_world(point);
+        points.push_back({p.x, p.y, p.z});
     }
-
-    const std::string& text() const { return text_; }
-
-private:
-    void answer(PointQuery query, std::span<const morphray::Vec3> points) {
-        const std::size_t count = points.size();
-        const morphray::QueryOptions options{.cancel = &interrupt_flag()};
+    const morphray::QueryOptions cancellable{.cancel = &interrupt_flag()};
+    std::vector<std::string> lines(count);
+    for (const PointQuery query : options.queries) {
+        const auto add = [&](const auto& answers, const auto& text_of_answer) {
+            for (std::size_t i = 0; i < count; ++i) {
+                if (query != options.queries.front()) lines[i] += ' ';
+                lines[i] += text_of_answer(answers[i]);
+            }
+        };
         switch (query) {
-            case PointQuery::kInside:
-                inside_.resize(count);
-                scene_.contains(points, inside_, options_.rule, options);
+            case PointQuery::kInside: {
+                std::vector<std::uint8_t> inside(count);
+                scene.contains(points, inside, options.rule, cancellable);
+                add(inside, [](std::uint8_t is_inside) { return is_inside != 0 ? '1' : '0'; });
                 break;
-            case PointQuery::kWinding:
-                windings_.resize(count);
-                scene_.winding(points, windings_, options);
+            }
+            case PointQuery::kWinding: {
+                std::vector<std::int32_t> windings(count);
+                scene.winding(points, windings, cancellable);
+                add(windings, [](std::int32_t winding) { return std::to_string(winding); });
                 break;
-            case PointQuery::kDistance:
-                distances_.resize(count);
-                scene_.signed_distance(points, distances_, options_.rule, options_.max_distance,
-                                       options);
+            }
+            case PointQuery::kDistance: {
+                std::vector<float> distances(count);
+                scene.signed_distance(points, distances, options.rule, options.max_distance,
+                                      cancellable);
+                add(distances, [](float distance) { return fmt::format("{:.9g}", distance); });
                 break;
-            case PointQuery::kClosest:
-                closest_.resize(count);
-                scene_.closest_points(points, closest_, options_.max_distance, options);
+            }
+            case PointQuery::kClosest: {
+                std::vector<morphray::ClosestPoint> closest(count);
+                scene.closest_points(points, closest, options.max_distance, cancellable);
+                add(closest, [&](const auto& point) { return text_of(point, origin); });
                 break;
+            }
         }
     }
-
-    void write(std::size_t i) {
-        const auto out = std::back_inserter(text_);
-        for (const PointQuery query : options_.queries) {
-            if (query != options_.queries.front()) text_ += ' ';
-            if (query == PointQuery::kInside) fmt::format_to(out, "{}", inside_[i]);
-            if (query == PointQuery::kWinding) fmt::format_to(out, "{}", windings_[i]);
-            if (query == PointQuery::kDistance) fmt::format_to(out, "{:.9g}", distances_[i]);
-            if (query == PointQuery::kClosest) text_ += text_of(closest_[i], origin_);
-        }
-        text_ += '\n';
-    }
-
-    const QueryOptions& options_;
-    const morphray::Scene& scene_;
-    const Origin origin_;
-    std::vector<morphray::Vec3> points_;
-    // The answers of a batch; those that are not asked for are empty.
-    std::vector<std::uint8_t> inside_;
-    std::vector<std::int32_t> windings_;
-    std::vector<float> distances_;
-    std::vector<morphray::ClosestPoint> closest_;
-    std::string text_;
-};
+    for (const std::string& line : lines) text += line + '\n';
+}
 
 }  // namespace
 
@@ -128,24 +102,25 @@ ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     const PosedAnimation posed =
         pose_animation(options.source, options.backend, options.frame, messages);
     call_library([&] { warn_if_open(options, posed, messages); });
-    PointQueries queries(options, posed);
+    std::string text;
     {
         Progress progress("querying", points.size(), messages);
         for (std::size_t done = 0; done < points.size(); done += kPointsOfBatch) {
             throw_if_interrupted();
             progress.update(done);
-            queries.answer(
-                std::span(points).subspan(done, std::min(kPointsOfBatch, points.size() - done)));
+            const std::size_t count = std::min(kPointsOfBatch, points.size() - done);
+            call_library(
+                [&] { answer(options, posed, std::span(points).subspan(done, count), text); });
         }
     }
-    const auto finite = static_cast<std::size_t>(std::ranges::count_if(points, is_finite));
-    if (finite < points.size()) {
+    const auto finite = static_cast<std::size_t>(
+        std::ranges::count_if(points, [](const auto& p) { return all_finite(p); }));
+    if (finite < points.size())
         messages.warn({escape(input_name(options.point_file)),
                        fmt::format("{} of {} points are not finite; they are outside and have no "
                                    "closest point",
                                    points.size() - finite, points.size())});
-    }
-    write_report(options.out, queries.text());
+    write_report(options.out, text);
     return ExitCode::kOk;
 }
 

@@ -1,31 +1,17 @@
 // morphray render: writes an image for each frame.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
-#include <filesystem>
-#include <future>
 #include <numeric>
-#include <optional>
 #include <set>
-#include <utility>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
 #include "app/base/image_files.h"
-#include "app/base/messages.h"
-#include "app/base/options.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/output_file.h"
 #include "common/image/frame.h"
-#include "common/image/png.h"
-#include "common/text/text.h"
-#include "common/version.h"
-#include "morphray/images.hpp"
 #include "report/shell.h"
 #include "report/table.h"
 
@@ -37,9 +23,12 @@ struct FrameTask {
     std::string file;
 };
 
-std::string image_name(const RenderOptions& options, double frame, const FrameDigits& digits) {
-    if (renders_one_image(options)) return std::filesystem::path(options.out).filename();
-    return fmt::format("frame_{}.png", frame_label(frame, digits));
+/// Whether --out names one image instead of a folder.
+bool renders_one_image(const RenderOptions& options) {
+    // A name that cannot be looked up is no folder; writing it says what is wrong.
+    std::error_code error;
+    return lower_case(options.out).ends_with(".png") &&
+           !std::filesystem::is_directory(options.out, error);
 }
 
 /// Renders the image again on any backend, unless it shows a restructured tree by colours.
@@ -47,60 +36,26 @@ std::string render_command(const ImageOptions& options, double frame) {
     const morphray::View& view = options.view;
     std::vector<std::string> line = {"morphray", "render", options.source.scene, "--frames",
                                      fmt::format("{}", frame)};
-    const auto add = [&line](const char* name, const std::string& value) {
-        line.insert(line.end(), {name, value});
-    };
     const bool is_plain = view.shading == morphray::Shading::plain;
     const bool is_lit = view.shading == morphray::Shading::lit;
     const morphray::Rays rays = is_plain ? view.rays : morphray::Rays::primary;
     for (const auto& part : {arguments_of(view, rays, is_lit), arguments_of(options.source)})
         line.insert(line.end(), part.begin(), part.end());
     if (is_plain)
-        add("--rays", name_of_rays(rays));
+        line.insert(line.end(), {"--rays", name_of_rays(rays)});
     else
-        add("--shading", name_in<morphray::Shading>(kShadings, view.shading));
-    if (shows_tree(view.shading)) {
+        line.insert(line.end(), {"--shading", name_in(kShadings, view.shading)});
+    if (view.shading == morphray::Shading::steps || view.shading == morphray::Shading::sah) {
         const TreeOptions& tree = options.tree;
         // A tree that is built at each frame is the same wherever the first one was built.
         if (tree.build_at && tree.update.kind != PolicyKind::kRebuild)
-            add("--build-at", fmt::format("{}", *tree.build_at));
-        add("--update", text_of(tree.update));
+            line.insert(line.end(), {"--build-at", fmt::format("{}", *tree.build_at)});
+        line.insert(line.end(), {"--update", text_of(tree.update)});
     }
-    add("--samples", fmt::format("{}", view.samples));
+    line.insert(line.end(), {"--samples", fmt::format("{}", view.samples)});
     if (view.flat) line.push_back("--flat");
-    if (options.ground) add("--ground", name_in<bool>(kOnOff, *options.ground));
+    if (options.ground) line.insert(line.end(), {"--ground", name_in(kOnOff, *options.ground)});
     return shell_line(line);
-}
-
-/// Also the length of an array, so that moving elements to the next one changes the hash.
-void add_number(Hasher& hasher, std::uint64_t number) {
-    hasher.add(std::span<const std::uint64_t>(&number, 1));
-}
-
-template <class T>
-void add_array(Hasher& hasher, std::span<const T> values) {
-    add_number(hasher, values.size());
-    hasher.add(values);
-}
-
-std::string bytes_of(const TextureFile& file, bool lenient) {
-    try {
-        return texture_bytes(file);
-    } catch (const Error& error) {
-        if (!lenient || error.kind() != ErrorKind::kBadInput) throw;
-        return {};
-    }
-}
-
-void hash_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
-    add_array(hasher, std::span<const Texcoords>(textures.texcoords));
-    add_array(hasher, std::span<const std::uint32_t>(textures.texture_ids));
-    for (const TextureFile& file : textures.files) {
-        add_number(hasher, file.clamp ? 1 : 0);
-        hasher.add(std::span(&file.alpha_cutoff, 1));
-        const std::string bytes = bytes_of(file, lenient);
-        add_array(hasher, std::span<const char>(bytes));
-    }
 }
 
 /// The folder that --out means; of one image its folder.
@@ -113,66 +68,25 @@ std::filesystem::path output_folder_of(const RenderOptions& options) {
 /// The images of these frames. Throws Error(kBadArgument) if two frames would have one file.
 std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
                                    const Animation& animation) {
-    if (renders_one_image(options) && frames.size() > 1) {
+    if (renders_one_image(options) && frames.size() > 1)
         throw Error(
             ErrorKind::kBadArgument,
             "--out {}: one image, but {} frames; choose one of them by --frames, or give a folder",
             options.out, frames.size());
-    }
-    const FrameDigits digits = digits_of(frames, animation);
+    const std::vector<std::string> labels = frame_labels(frames, animation);
     std::set<std::string> names;
     std::vector<FrameTask> tasks;
-    for (const double frame : frames) {
-        const std::string name = image_name(options, frame, digits);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const std::string name = renders_one_image(options)
+                                     ? std::filesystem::path(options.out).filename().string()
+                                     : fmt::format("frame_{}.png", labels[i]);
         if (!names.insert(name).second) {
             throw Error(ErrorKind::kBadArgument,
                         "--frames: two frames would both become {}; choose a larger step", name);
         }
-        tasks.push_back({frame, name});
+        tasks.push_back({frames[i], name});
     }
     return tasks;
-}
-
-/// The OpenEXR file of a task. Empty: none.
-std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
-                                  const FrameTask& task) {
-    if (options.image.exr.empty()) return {};
-    return (folder / task.file).replace_extension(".exr");
-}
-
-/// The texts of a PNG file: nothing that differs between backends.
-std::vector<PngText> image_texts(const ImageOptions& options, double frame,
-                                 std::uint64_t scene_hash, const std::string& scale,
-                                 const morphray::Image& image) {
-    std::vector<PngText> texts = {{"Software", fmt::format("morphray {}", kVersionDetail)},
-                                  {"Source", render_command(options, frame)},
-                                  {"Scene hash", hash_text(scene_hash)},
-                                  {"Hits hash", hash_text(image.hits_hash)},
-                                  {"Image hash", hash_text(image.image_hash)}};
-    if (!scale.empty()) texts.push_back({"Scale", scale});
-    return texts;
-}
-
-/// The hash of what all frames share. A texture that is missing has none if `lenient`.
-std::uint64_t animation_hash(const Animation& animation, bool with_textures, bool lenient) {
-    Hasher hasher;
-    const Topology& topology = animation.topology();
-    add_number(hasher, topology.vertex_count);
-    add_array(hasher, std::span<const uvec3>(topology.triangles));
-    add_array(hasher, std::span<const Albedo>(topology.albedo));
-    add_array(hasher, animation.smooth_corners());
-    const WorldBounds bounds = animation.bounds();
-    hasher.add(std::span(&bounds.lower, 1)).add(std::span(&bounds.upper, 1));
-    if (with_textures && animation.textures() != nullptr)
-        hash_textures(hasher, *animation.textures(), lenient);
-    return hasher.digest();
-}
-
-/// The same for one frame with these positions of all vertices.
-std::uint64_t frame_hash(std::uint64_t animation_hash, std::span<const vec3> positions) {
-    Hasher hasher;
-    add_number(hasher, animation_hash);
-    return hasher.add(positions).digest();
 }
 
 Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray::Image& image,
@@ -210,6 +124,12 @@ std::string rays_text(const RenderOptions& options) {
     return options.image.view.ao_count == 0 ? "shadow" : "shadow, ao";
 }
 
+ImageOptions with_ground(ImageOptions options, const morphray::View& view,
+                         const Animation& animation) {
+    options.ground = has_ground(options.ground, view, animation);
+    return options;
+}
+
 std::uint64_t pixel_count(const RenderOptions& options) {
     const morphray::View& view = options.image.view;
     return std::uint64_t{view.width} * view.height * view.samples;
@@ -218,33 +138,35 @@ std::uint64_t pixel_count(const RenderOptions& options) {
 /// Traces images while earlier ones are written, and the positions of the next frame are read.
 class Renderer {
 public:
-    /// `view` is the world_view() of the options.
+    /// Builds the tree. `view` is the world_view() of the options.
     Renderer(const RenderOptions& options, const morphray::View& view, const Animation& animation,
              const std::vector<FrameTask>& tasks, const std::filesystem::path& folder,
              const Messages& messages)
         : options_(options),
           messages_(messages),
           folder_(folder),
-          animation_(animation),
           tasks_(tasks),
           view_(view),
-          scale_(scale_text(view, animation)) {
-        view_.lit_pixels = !options.image.exr.empty();
+          scale_(scale_text(view, animation)),
+          scene_(open_device(options.image.backend, messages),
+                 with_ground(options.image, view, animation), animation, tasks.front().frame,
+                 messages),
+          prints_rows_(!is_stdout(options.json)) {
+        if (!scale_.empty()) messages.tell(scale_);
+        view_.lit_pixels = options.image.exr.has_value();
         view_.cancel = &interrupt_flag();
         if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
-        using morphray::Shading;
-        animation_hash_ =
-            animation_hash(animation, view.shading == Shading::lit, options.image.source.lenient);
         report_ = head_of("render", animation);
         report_["width"] = view.width;
         report_["height"] = view.height;
-        for (const char* key : {"backend", "device", "error"}) report_[key] = "";
+        report_["backend"] = scene_.scene().device().name();
+        report_["device"] = scene_.scene().device().description();
+        report_["error"] = "";
         report_["rays"] = rays_text(options);
-        report_["shading"] = name_in<Shading>(kShadings, view.shading);
+        report_["shading"] = name_in(kShadings, view.shading);
         report_["samples"] = view.samples;
         report_["complete"] = false;
         report_["frames"] = Json::array();
-        prints_rows_ = !is_stdout(options.json);
         std::size_t frame_width = 0;
         for (const FrameTask& task : tasks)
             frame_width = std::max(frame_width, fmt::format("{}", task.frame).size());
@@ -256,41 +178,26 @@ public:
         header_ = header_text(columns_);
     }
 
-    /// Builds the tree; before the first render().
-    void open(double first_frame) {
-        const morphray::Device device = open_device(options_.image.backend, messages_);
-        ImageOptions options = options_.image;
-        options.ground = has_ground(options.ground, view_, animation_);
-        scene_.emplace(device, options, animation_, first_frame, messages_);
-        report_["backend"] = device.name();
-        report_["device"] = device.description();
-        if (!scale_.empty()) messages_.tell(scale_);
-    }
-
     /// `next` is the frame of the next call, if there is one.
     void render(std::size_t i, std::optional<double> next, Progress& progress) {
         const double frame = tasks_[i].frame;
         progress.begin(fmt::format("tree of frame {}", frame));
-        scene_->advance(frame);
+        scene_.advance(frame);
         progress.begin(fmt::format("frame {}", frame));
-        messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
-                                   scene_->update().reason));
-        // Before the positions become those of the next frame.
-        const std::uint64_t scene_hash = frame_hash(animation_hash_, scene_->positions());
-        if (next) scene_->prepare(*next);
+        messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_.update().step),
+                                   scene_.update().reason));
+        if (next) scene_.prepare(*next);
         // The one that is written is the other.
         morphray::Image& traced = traced_[finished() % traced_.size()];
         view_.progress = &progress.share;
-        scene_->render(view_, traced);
-        const Json report = json_of(*scene_, tasks_[i], traced, !options_.json.empty());
+        scene_.render(view_, traced);
+        const Json report = json_of(scene_, tasks_[i], traced, !options_.json.empty());
         wait();
-        writing_ = std::async(std::launch::async,
-                              [this, i, scene_hash, &traced, report, row = row_of(report)] {
-                                  write(i, scene_hash, traced);
-                                  if (prints_rows_)
-                                      messages_.print(std::exchange(header_, {}) + row);
-                                  return report;
-                              });
+        writing_ = std::async(std::launch::async, [this, i, &traced, report, row = row_of(report)] {
+            write(i, traced);
+            if (prints_rows_) messages_.print(std::exchange(header_, {}) + row);
+            return report;
+        });
         // Memory should not hold several images that are large.
         constexpr std::uint64_t kLargePixels = 9 << 20;
         if (pixel_count(options_) > kLargePixels) wait();
@@ -322,23 +229,26 @@ public:
 
 private:
     /// Writes the outputs of a task. Runs in a thread of its own.
-    void write(std::size_t i, std::uint64_t scene_hash, morphray::Image& traced) {
+    void write(std::size_t i, morphray::Image& traced) {
         const FrameTask& task = tasks_[i];
         if (hits_) call_library([&] { hits_->add(traced); });
-        const std::vector<PngText> texts =
-            image_texts(options_.image, task.frame, scene_hash, scale_, traced);
-        if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
-            const ExrColours colours =
-                options_.image.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
-            write_file(file, encode_exr(traced, colours, texts));
-        }
+        // Nothing in them differs between backends.
+        std::vector<PngText> texts = {{"Software", fmt::format("morphray {}", kVersionDetail)},
+                                      {"Source", render_command(options_.image, task.frame)},
+                                      {"Hits hash", hash_text(traced.hits_hash)},
+                                      {"Image hash", hash_text(traced.image_hash)}};
+        if (!scale_.empty()) texts.push_back({"Scale", scale_});
+        const std::filesystem::path file = folder_ / task.file;
+        if (options_.image.exr)
+            write_file(std::filesystem::path(file).replace_extension(".exr"),
+                       encode_exr(traced, *options_.image.exr, texts));
         Image image{traced.width, traced.height, std::move(traced.pixels)};
-        write_file(folder_ / task.file, encode_png(image, texts));
+        write_file(file, encode_png(image, texts));
         traced.pixels = std::move(image.pixels);
     }
 
     std::string row_of(const Json& frame) const {
-        const FrameTimes times = scene_->times();
+        const FrameTimes times = scene_.times();
         const double rate = static_cast<double>(times.rays) / (times.trace_ms * 1e3 + 1e-9);
         const std::string file = frame["file"];
         return row_text(columns_,
@@ -352,17 +262,15 @@ private:
     const RenderOptions& options_;
     const Messages& messages_;
     std::filesystem::path folder_;
-    const Animation& animation_;
     const std::vector<FrameTask>& tasks_;
     morphray::View view_;
     std::string scale_;
-    std::uint64_t animation_hash_ = 0;
-    std::optional<AnimationScene> scene_;
+    AnimationScene scene_;
     Json report_;
     // While an image is written, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
     std::vector<Column> columns_;
-    bool prints_rows_ = true;
+    bool prints_rows_;
     /// Empty once it is printed.
     std::string header_;
     /// The image that is traced, and the one that is written.
@@ -385,7 +293,11 @@ void require_samples_fit(const morphray::View& view) {
                 view.width, view.height, view.samples, kMaxImageSide, kMaxPixels);
 }
 
-ExitCode render_frames(RenderOptions options, const Messages& messages) {
+}  // namespace
+
+ExitCode run_command(const RenderOptions& given, const Messages& messages) {
+    RenderOptions options = given;
+    require_samples_fit(options.image.view);
     const std::unique_ptr<Animation> animation = open_animation(options.image.source, messages);
     const std::vector<double> frames =
         select_frames(options.frames, options.image.tree.build_at, *animation, DefaultFrames::kAll);
@@ -397,12 +309,10 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     for (const FrameTask& task : tasks) outputs.push_back(folder / task.file);
     require_distinct(outputs);
     const morphray::View view = world_view(options.image.view, *animation);
-    require_view(view, *animation);
-    Renderer renderer(options, view, *animation, tasks, folder, messages);
     Failure failure;
     Progress progress("rendering", tasks.size(), messages);
     progress.begin("tree");
-    renderer.open(frames.front());
+    Renderer renderer(options, view, *animation, tasks, folder, messages);
     // Before the reports, which may be in it.
     make_output_folder(folder);
     check_reports({options.json, options.hits});
@@ -416,13 +326,6 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
         }
     });
     return renderer.finish(failure);
-}
-
-}  // namespace
-
-ExitCode run_command(const RenderOptions& options, const Messages& messages) {
-    require_samples_fit(options.image.view);
-    return render_frames(options, messages);
 }
 
 }  // namespace mray::app

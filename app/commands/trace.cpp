@@ -5,13 +5,10 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
-#include <string>
 
 #include "app/animation/animation_scene.h"
-#include "app/base/messages.h"
 #include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
-#include "common/scene/camera_setup.h"
 #include "common/text/text.h"
 #include "library/src/engine.h"
 
@@ -61,8 +58,10 @@ public:
     }
 
     const std::string& text() const { return text_; }
-    /// The warning about rays that hit nothing in any scene is empty if there are none.
-    std::string faults() const {
+
+    /// Warns of rays that hit nothing in any scene, and of hits that are left out.
+    void warn(const Messages& messages) const {
+        const std::string name = escape(input_name(options_.ray_file));
         std::string reasons;
         std::uint64_t total = 0;
         for (std::size_t i = 0; i < std::size(kFaults); ++i) {
@@ -71,13 +70,15 @@ public:
                                    faults_[i].count, kFaults[i], faults_[i].first);
             total += faults_[i].count;
         }
-        if (total == 0) return {};
-        return fmt::format("{} of {} rays, counted from 0, hit nothing{}", total, ray_count_,
-                           reasons);
+        if (total > 0)
+            messages.warn({name, fmt::format("{} of {} rays, counted from 0, hit nothing{}", total,
+                                             ray_count_, reasons)});
+        if (cut_rays_ > 0)
+            messages.warn(
+                {name, fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits are "
+                                   "left out",
+                                   cut_rays_, ray_count_, options_.hit_lists.max_hits, left_out_)});
     }
-    /// The hits that are left out, and the rays that lack some.
-    std::uint64_t left_out() const { return left_out_; }
-    std::uint64_t cut_rays() const { return cut_rays_; }
 
 private:
     /// The numbers of the ray are floats.
@@ -99,12 +100,8 @@ private:
         hits_.resize(rays_.size());
         scene_.intersect(std::span<const morphray::Ray>(rays_), std::span<morphray::Hit>(hits_),
                          query_);
-        for (std::size_t i = 0; i < hits_.size(); ++i) {
-            if (hits_[i])
-                write(hits_[i], exponents_[i]);
-            else
-                text_ += "M\n";
-        }
+        for (std::size_t i = 0; i < hits_.size(); ++i)
+            text_ += hits_[i] ? line_of(hits_[i], exponents_[i]) : "M\n";
     }
 
     void trace_all() {
@@ -112,17 +109,17 @@ private:
         for (std::size_t i = 0; i < rays_.size(); ++i) {
             const std::span<const morphray::Hit> hits = all.of_ray(i);
             fmt::format_to(std::back_inserter(text_), "R {} {}\n", hits.size(), all.left_out[i]);
-            for (const morphray::Hit& hit : hits) write(hit, exponents_[i]);
+            for (const morphray::Hit& hit : hits) text_ += line_of(hit, exponents_[i]);
             left_out_ += all.left_out[i];
             cut_rays_ += all.left_out[i] > 0;
         }
     }
 
     /// The t is that of the ray as it was given, which may be beyond floats.
-    void write(const morphray::Hit& hit, int exponent) {
-        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n",
-                       std::ldexp(static_cast<double>(hit.t), -exponent), hit.prim_id, hit.u,
-                       hit.v);
+    static std::string line_of(const morphray::Hit& hit, int exponent) {
+        return fmt::format("H {:.9g} {} {:.9g} {:.9g}\n",
+                           std::ldexp(static_cast<double>(hit.t), -exponent), hit.prim_id, hit.u,
+                           hit.v);
     }
 
     const TraceOptions& options_;
@@ -142,6 +139,7 @@ private:
     };
     Fault faults_[std::size(kFaults)];
     std::uint64_t ray_count_ = 0;
+    /// The hits that are left out, and the rays that lack some.
     std::uint64_t left_out_ = 0;
     std::uint64_t cut_rays_ = 0;
 };
@@ -165,14 +163,7 @@ ExitCode run_command(const TraceOptions& options, const Messages& messages) {
                                           : std::span(excluded).subspan(done, count));
         }
     }
-    const std::string name = escape(input_name(options.ray_file));
-    if (const std::string faults = tracer.faults(); !faults.empty()) messages.warn({name, faults});
-    if (tracer.cut_rays() > 0) {
-        messages.warn({name, fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits "
-                                         "are left out",
-                                         tracer.cut_rays(), rays.size(), options.hit_lists.max_hits,
-                                         tracer.left_out())});
-    }
+    tracer.warn(messages);
     write_report(options.out, tracer.text());
     return ExitCode::kOk;
 }

@@ -17,12 +17,8 @@ namespace mray::app {
 namespace {
 
 std::string describe_pixel(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
-    const std::string shading =
-        fmt::format("occluded {} colour #{:02x}{:02x}{:02x}", occlusion, pixel & 0xFF,
-                    (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
-    if (hit.prim_id == kNoPrim) return "miss " + shading;
-    return fmt::format("t {} u {} v {} prim {} {}", hex_text(hit.t), hex_text(hit.u),
-                       hex_text(hit.v), hit.prim_id, shading);
+    return fmt::format("{} occluded {} colour #{:02x}{:02x}{:02x}", describe(hit), occlusion,
+                       pixel & 0xFF, (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
 }
 
 /// Traces one pixel as the variant did, or as its reference, with the tree built at `build_at`.
@@ -43,8 +39,8 @@ std::string probe_command(const CrosscheckOptions& options, const CheckedImage& 
     const std::string& backend = reference ? image.reference : variant.backend;
     add("--backend", backend);
     if (backend == "cpu") add("--simd", reference || variant.simd.empty() ? "off" : variant.simd);
-    add("--update", reference ? "rebuild" : variant.update);
-    if (!reference && variant.update == "refit") add("--build-at", build_at);
+    add("--update", reference ? "rebuild" : variant.update());
+    if (!reference && !variant.refit_on.empty()) add("--build-at", build_at);
     const std::string& device = options.backend.device;
     const bool on_device = variant.backend == "vulkan" || variant.refit_on == "vulkan";
     if (!reference && on_device && !device.empty()) add("--device", device);
@@ -68,11 +64,6 @@ std::string details_of(const CrosscheckOptions& options, const CheckedImage& ima
     return text;
 }
 
-std::string describe(const QueryDifference& difference) {
-    return fmt::format("other answers: {} in all hits, {} in windings, {} in closest triangles",
-                       difference.all_hits, difference.winding, difference.closest);
-}
-
 /// Adds a result of `what` to the list, with a title.
 void add_result(Json& scene, const char* list, const char* what, Json result,
                 const std::string& message) {
@@ -89,7 +80,7 @@ void add_result(Json& scene, const char* list, const char* what, Json result,
 
 std::string CheckVariant::name() const {
     const std::string tracer = backend + (simd.empty() ? "" : " " + simd);
-    return tracer + (update == "refit" ? ", refit on " + refit_on : ", rebuild");
+    return tracer + (refit_on.empty() ? ", rebuild" : ", refit on " + refit_on);
 }
 
 Json empty_report(const CrosscheckOptions& options) {
@@ -135,7 +126,7 @@ void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImag
     Json row = {{"variant", variant.name()},
                 {"backend", variant.backend},
                 {"simd", variant.simd},
-                {"update", variant.update},
+                {"update", variant.update()},
                 {"refit_on", variant.refit_on},
                 {"frame", image.frame},
                 {"rays", name_of_rays(image.rays)},
@@ -143,7 +134,15 @@ void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImag
                 {"equal", difference.total() == 0 && hits[0] == hits[1] && pixels[0] == pixels[1]},
                 {"hits", std::ranges::count_if(
                              expected.hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; })},
-                {"differences", of(difference)},
+                {"differences",
+                 {{"total", difference.total()},
+                  {"false_miss", difference.false_miss},
+                  {"false_hit", difference.false_hit},
+                  {"prim_id", difference.prim_id},
+                  {"t", difference.t},
+                  {"uv", difference.uv},
+                  {"occlusion", difference.occlusion},
+                  {"colour", difference.colour}}},
                 {"expected_hits_hash", hash_text(hits[0])},
                 {"hits_hash", hash_text(hits[1])},
                 {"expected_image_hash", hash_text(pixels[0])},
@@ -152,7 +151,7 @@ void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImag
     if (!row["equal"] && count_differing(scene["rows"]) < kDescribedRows)
         row["details"] = details_of(options, image, difference,
                                     fmt::format("{}", scene["frames"].front().get<double>()));
-    add_result(scene, "rows", name_of_rays(image.rays), std::move(row), mray::describe(difference));
+    add_result(scene, "rows", name_of_rays(image.rays), std::move(row), describe(difference));
 }
 
 void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t vulkan_hash) {
@@ -178,7 +177,8 @@ void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedIma
                  {{"all_hits", difference.all_hits},
                   {"winding", difference.winding},
                   {"closest", difference.closest}}}},
-               describe(difference));
+               fmt::format("other answers: {} in all hits, {} in windings, {} in closest triangles",
+                           difference.all_hits, difference.winding, difference.closest));
 }
 
 std::size_t count_differing(const Json& results) {

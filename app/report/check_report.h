@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <string>
 
 #include "app/base/options.h"
 #include "app/report/json_parts.h"
@@ -16,10 +14,10 @@ struct CheckVariant {
     std::string backend;
     /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.
     std::string simd = {};
-    /// "refit" or "rebuild", and the backend that refitted.
-    std::string update = "rebuild";
+    /// The backend that refitted the tree; empty for a tree that was built.
     std::string refit_on = {};
 
+    const char* update() const { return refit_on.empty() ? "rebuild" : "refit"; }
     /// "vulkan, refit on cpu" or "cpu avx2, rebuild".
     std::string name() const;
 };

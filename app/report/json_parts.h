@@ -3,12 +3,12 @@
 // digits, times are milliseconds, and no number is ever NaN or infinite (null instead).
 #pragma once
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "common/frame_times.h"
+#include "common/version.h"
 #include "morphray/device.hpp"
-#include "report/compare.h"
 #include "scenes/animation.h"
 
 namespace mray::app {
@@ -17,14 +17,38 @@ namespace mray::app {
 using Json = nlohmann::ordered_json;
 
 /// Bytes that are not UTF-8 become U+FFFD, numbers that are not finite null; indent -1: one line.
-std::string json_text(Json report, int indent = 2);
+inline std::string json_text(Json report, int indent = 2) {
+    report.update({{"schema", "morphray/1"},
+                   {"version", kVersion},
+                   {"built_with", {{"compiler", kCompiler}}}});
+    return report.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 /// Every report of one scene begins with it.
-Json head_of(const char* command, const Animation& animation);
+inline Json head_of(const char* command, const Animation& animation) {
+    return {{"command", command},
+            {"scene", animation.name()},
+            {"triangles", animation.topology().triangles.size()},
+            {"vertices", animation.topology().vertex_count}};
+}
 
-void add_times(Json& json, const FrameTimes& times);
+inline void add_times(Json& json, const FrameTimes& times) {
+    json["deform_ms"] = times.deform_ms;
+    json["upload_ms"] = times.update.upload_ms;
+    json["refit_ms"] = times.update.refit_ms;
+    json["decide_ms"] = times.update.decide_ms;
+    json["restructure_ms"] = times.update.restructure_ms;
+    json["rebuild_ms"] = times.update.rebuild_ms;
+    json["trace_ms"] = times.trace_ms;
+}
 
-Json of(const FrameDifference& difference);
-Json of(const morphray::VulkanDeviceInfo& device);
+inline Json of(const morphray::VulkanDeviceInfo& device) {
+    return {{"index", device.index},
+            {"name", device.name},
+            {"type", device.type},
+            {"driver", device.driver},
+            {"api", fmt::format("{}.{}", device.api_major, device.api_minor)},
+            {"uuid", device.uuid}};
+}
 
 }  // namespace mray::app

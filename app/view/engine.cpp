@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/animation/devices.h"
-#include "app/base/messages.h"
 #include "common/text/text.h"
 
 namespace mray::app {

@@ -9,7 +9,6 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "app/animation/animation_scene.h"
-#include "common/scene/camera_setup.h"
 
 namespace mray::app {
 namespace {
@@ -22,8 +21,7 @@ constexpr double kZoomRange = 1e6;
 constexpr std::uint32_t kSamples[] = {1, 4, 16, 64};
 
 Axes axes_of(const Camera& camera) {
-    const dvec3 forward = to_dvec3(camera.target()) - to_dvec3(camera.eye());
-    return mray::axes_of(glm::normalize(forward), to_dvec3(camera.up()));
+    return mray::axes_of(glm::normalize(camera.target - camera.eye), camera.up);
 }
 
 bool has_ao(const ViewState& state) {
@@ -33,52 +31,48 @@ bool has_ao(const ViewState& state) {
 }  // namespace
 
 Camera::Camera(const morphray::View& view)
-    : eye_(*view.eye),
-      target_(*view.target),
-      up_(view.up),
-      fov_(view.fov),
-      first_distance_(distance()) {}
-
-double Camera::distance() const { return glm::length(to_dvec3(eye_) - to_dvec3(target_)); }
+    : eye(to_dvec3(*view.eye)),
+      target(to_dvec3(*view.target)),
+      up(to_dvec3(view.up)),
+      fov(view.fov),
+      first_distance(distance()) {}
 
 void Camera::orbit(double around, double over) {
-    const dvec3 pole = glm::normalize(to_dvec3(up_));
+    const dvec3 pole = glm::normalize(up);
     const Axes axes = axes_of(*this);
     const dvec3 away = -glm::cross(pole, axes.right);
-    const double length = distance();
     // The eye's direction from the target is cos(height) * away + sin(height) * pole.
     const double height = std::asin(std::clamp(-glm::dot(axes.forward, pole), -1.0, 1.0));
     const double limit = std::numbers::pi / 2 - kPole;
     const double new_height = std::clamp(height + over, -limit, limit);
     const dvec3 turned = std::cos(around) * away + std::sin(around) * glm::cross(pole, away);
-    eye_ = to_point(to_dvec3(target_) +
-                    length * (std::cos(new_height) * turned + std::sin(new_height) * pole));
+    eye = target + distance() * (std::cos(new_height) * turned + std::sin(new_height) * pole);
 }
 
 void Camera::pan(double right, double down) {
     const Axes axes = axes_of(*this);
-    const double height = distance() * 2 * std::tan(fov_ * std::numbers::pi / 360);
+    const double height = distance() * 2 * std::tan(fov * std::numbers::pi / 360);
     const dvec3 moved = height * (right * axes.right - down * axes.up);
-    eye_ = to_point(to_dvec3(eye_) - moved);
-    target_ = to_point(to_dvec3(target_) - moved);
+    eye -= moved;
+    target -= moved;
 }
 
 void Camera::zoom(double factor) {
     const double length =
-        std::clamp(distance() * factor, first_distance_ / kZoomRange, first_distance_ * kZoomRange);
-    eye_ = to_point(to_dvec3(target_) - length * axes_of(*this).forward);
+        std::clamp(distance() * factor, first_distance / kZoomRange, first_distance * kZoomRange);
+    eye = target - length * axes_of(*this).forward;
 }
 
 void Playback::advance(double seconds) {
-    if (!playing || !(seconds > 0) || last_ <= first_) return;
-    frame_ = first_ + std::fmod(frame_ - first_ + seconds * frames_a_second, last_ - first_);
+    if (!playing || !(seconds > 0) || last <= first) return;
+    frame = first + std::fmod(frame - first + seconds * frames_a_second, last - first);
 }
 
-void Playback::seek(double frame) { frame_ = std::clamp(frame, first_, last_); }
+void Playback::seek(double to) { frame = std::clamp(to, first, last); }
 
 void Playback::step(int frames) {
     playing = false;
-    seek(std::round(frame_) + frames);
+    seek(std::round(frame) + frames);
 }
 
 bool ImageRequest::operator==(const ImageRequest& other) const {
@@ -93,14 +87,14 @@ bool ImageRequest::operator==(const ImageRequest& other) const {
 
 ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame) {
     const morphray::View view = world_view(options.image.view, animation);
-    require_view(view, animation);
-    ViewState state{.playback = Playback(animation.first_frame(), animation.last_frame(), frame),
-                    .camera = Camera(view),
-                    .view = view,
-                    .update = options.image.tree.update};
-    state.playback.playing = options.plays;
-    state.backend = options.image.backend.choice;
-    return state;
+    return {.playback = {.first = animation.first_frame(),
+                         .last = animation.last_frame(),
+                         .frame = frame,
+                         .playing = options.plays},
+            .camera = Camera(view),
+            .view = view,
+            .update = options.image.tree.update,
+            .backend = options.image.backend.choice};
 }
 
 int last_step(const ViewState& state) {
@@ -112,13 +106,12 @@ int last_step(const ViewState& state) {
 ImageRequest request_of(const ViewState& state, int step) {
     ImageRequest request;
     const int level = has_ao(state) ? std::max(step - 1, 0) : step;
-    request.frame = state.playback.frame();
+    request.frame = state.playback.frame;
     request.view = state.view;
-    request.view.eye = state.camera.eye();
-    request.view.target = state.camera.target();
-    request.view.ao_count = state.view.shading != Shading::lit ? std::max(state.view.ao_count, 1u)
-                            : step == 0                        ? 0
-                                                               : state.view.ao_count;
+    request.view.eye = to_point(state.camera.eye);
+    request.view.target = to_point(state.camera.target);
+    if (has_ao(state) && step == 0) request.view.ao_count = 0;
+    if (state.view.shading != Shading::lit && state.view.ao_count == 0) request.view.ao_count = 1;
     request.view.samples =
         kSamples[std::min<std::size_t>(static_cast<std::size_t>(level), std::size(kSamples) - 1)];
     request.update = state.update;

@@ -1,9 +1,7 @@
 // The state of the viewer, which input changes, and the images that it asks for.
 #pragma once
 
-#include <cstdint>
 #include <span>
-#include <vector>
 
 #include <glm/vec4.hpp>
 #include "app/base/messages.h"
@@ -11,22 +9,15 @@
 
 #include "common/scene/camera_setup.h"
 #include "morphray/scene.hpp"
-#include "scenes/animation.h"
 
 namespace mray::app {
 
 /// A pinhole camera that orbits its target, apart from it and off the direction of `up`.
-class Camera {
-public:
+struct Camera {
     /// `view` has both eye and target, apart, and an `up` that is not parallel to the view.
     explicit Camera(const morphray::View& view);
 
-    const Point& eye() const { return eye_; }
-    const Point& target() const { return target_; }
-    const Point& up() const { return up_; }
-    double fov_degrees() const { return fov_; }
-    double distance() const;
-
+    double distance() const { return glm::distance(eye, target); }
     /// `around` the up direction and `over` towards it, in radians; a degree away from the poles.
     void orbit(double around, double over);
     /// Moves by parts of the image's height at the target. `down` is that of the pointer.
@@ -34,38 +25,28 @@ public:
     /// Multiplies the distance from the target, which stays within 1e-6 and 1e6 of the first one.
     void zoom(double factor);
 
-private:
-    Point eye_;
-    Point target_;
-    Point up_;
-    double fov_;
-    double first_distance_;
+    glm::dvec3 eye;
+    glm::dvec3 target;
+    glm::dvec3 up;
+    /// In degrees.
+    double fov;
+    double first_distance;
 };
 
-/// The frame that is shown, and how it goes on.
-class Playback {
-public:
-    /// `start` is in [first, last].
-    Playback(double first, double last, double start) : first_(first), last_(last), frame_(start) {}
-
-    double frame() const { return frame_; }
-    double first() const { return first_; }
-    double last() const { return last_; }
+/// The frame that is shown, in [first, last], and how it goes on.
+struct Playback {
+    double first = 0;
+    double last = 0;
+    double frame = 0;
+    bool playing = false;
+    double frames_a_second = 24;
 
     /// Lets `seconds` of wall time pass: moves on if it is playing, and begins again at the end.
     void advance(double seconds);
     /// Shows the possible frame that is nearest to this one.
-    void seek(double frame);
+    void seek(double to);
     /// Stops, and goes by whole frames from the nearest one.
     void step(int frames);
-
-    bool playing = false;
-    double frames_a_second = 24;
-
-private:
-    double first_;
-    double last_;
-    double frame_;
 };
 
 struct ImageRequest {

@@ -1,25 +1,205 @@
 #include "app/view/viewer.h"
 
 #include <GLFW/glfw3.h>
-#include <fmt/format.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl2.h>
 #include <imgui.h>
 
-#include <algorithm>
 #include <cmath>
-#include <memory>
+#include <cstdlib>
+#include <limits>
 #include <numbers>
-#include <optional>
-#include <utility>
 
 #include "app/animation/frames.h"
-#include "app/base/messages.h"
-#include "app/base/options.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
-#include "common/text/text.h"
 
 namespace mray::app {
 namespace {
+
+[[noreturn]] void fail(const char* what) {
+    const char* reason = nullptr;
+    glfwGetError(&reason);
+    throw Error(ErrorKind::kUnavailable,
+                "view: {} ({}); a window needs an X11 display and OpenGL 2.1, which Mesa's "
+                "software renderer has, too",
+                what, reason != nullptr ? reason : "no reason given");
+}
+
+/// The one window of the program, used by the main thread alone: an image and lines with OpenGL,
+/// and Dear ImGui over them.
+class Window {
+public:
+    /// Throws Error(kUnavailable) without a display or without OpenGL 2.1.
+    Window(const std::string& title, int width, int height) {
+#ifdef GLFW_PLATFORM
+        // On Wayland a window has no frame without a plugin of libdecor, and glfwTerminate()
+        // crashes.
+        if (std::getenv("DISPLAY") != nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
+        if (glfwInit() != GLFW_TRUE) fail("no display can be opened");
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 2);
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 1);
+        glfwWindowHint(GLFW_DEPTH_BITS, 0);
+        glfwWindowHint(GLFW_STENCIL_BITS, 0);
+        int left = 0;
+        int top = 0;
+        int room_x = width;
+        int room_y = height;
+        if (GLFWmonitor* const monitor = glfwGetPrimaryMonitor())
+            glfwGetMonitorWorkarea(monitor, &left, &top, &room_x, &room_y);
+        width = std::min(width, room_x);
+        height = std::min(height, room_y);
+        window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+        if (window_ == nullptr) fail("no window can be opened");
+        glfwSetWindowSizeLimits(window_, 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
+        glfwMakeContextCurrent(window_);
+        glfwSwapInterval(1);
+        glfwSetWindowUserPointer(window_, &keys_);
+        // Dear ImGui puts its callback before this one.
+        glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int mods) {
+            if (action != GLFW_PRESS) return;
+            static_cast<std::vector<KeyPress>*>(glfwGetWindowUserPointer(window))
+                ->push_back({key, (mods & GLFW_MOD_CONTROL) != 0});
+        });
+        glGenTextures(1, &texture_);
+        glBindTexture(GL_TEXTURE_2D, texture_);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        IMGUI_CHECKVERSION();
+        ImGui::CreateContext();
+        // No file of settings in the folder that the program is started in.
+        ImGui::GetIO().IniFilename = nullptr;
+        ImGui::StyleColorsDark();
+        ImGui::GetStyle().WindowRounding = 0;
+        ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 1;
+        ImGui_ImplGlfw_InitForOpenGL(window_, true);
+        ImGui_ImplOpenGL2_Init();
+    }
+    ~Window() {
+        glDeleteTextures(1, &texture_);
+        ImGui_ImplOpenGL2_Shutdown();
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+        glfwDestroyWindow(window_);
+        glfwTerminate();
+    }
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    bool closes() const { return glfwWindowShouldClose(window_) != 0; }
+    /// The keys that went down since the last call, in order: also those that are up again.
+    std::vector<KeyPress> take_keys() { return std::exchange(keys_, {}); }
+
+    /// Sizes are in screen coordinates.
+    float width() const {
+        int width = 0;
+        glfwGetWindowSize(window_, &width, nullptr);
+        return static_cast<float>(width);
+    }
+    float height() const {
+        int height = 0;
+        glfwGetWindowSize(window_, nullptr, &height);
+        return static_cast<float>(height);
+    }
+    /// Screens of high density have several pixels a screen coordinate.
+    float pixel_scale() const {
+        int pixels = 0;
+        glfwGetFramebufferSize(window_, &pixels, nullptr);
+        return width() > 0 ? static_cast<float>(pixels) / width() : 1.0f;
+    }
+
+    /// 8-bit RGBA pixels from the top, and the ends of lines over them, in clip space of the image.
+    void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
+                   std::vector<glm::vec4> line_ends) {
+        glBindTexture(GL_TEXTURE_2D, texture_);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, static_cast<GLsizei>(width),
+                     static_cast<GLsizei>(height), 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+        has_image_ = true;
+        line_ends_ = std::move(line_ends);
+        float nearest = std::numeric_limits<float>::infinity();
+        float farthest = 0;
+        for (const glm::vec4& end : line_ends_) {
+            if (end.w > 0) nearest = std::min(nearest, end.w);
+            farthest = std::max(farthest, end.w);
+        }
+        line_colours_.clear();
+        for (const glm::vec4& end : line_ends_) {
+            const float along =
+                std::max(end.w - nearest, 0.0f) / std::max(farthest - nearest, 1e-30f);
+            line_colours_.emplace_back(1.0f, 0.75f, 0.2f, 0.9f - 0.75f * along);
+        }
+    }
+
+    void begin_frame() {
+        ImGui_ImplOpenGL2_NewFrame();
+        ImGui_ImplGlfw_NewFrame();
+        ImGui::NewFrame();
+    }
+
+    /// Draws the image in the left part, of this width, under Dear ImGui's frame; presents both.
+    void end_frame(float image_width) {
+        ImGui::Render();
+        int width = 0;
+        int height = 0;
+        glfwGetFramebufferSize(window_, &width, &height);
+        glViewport(0, 0, width, height);
+        glClearColor(0.06f, 0.065f, 0.07f, 1);
+        glClear(GL_COLOR_BUFFER_BIT);
+        glMatrixMode(GL_PROJECTION);
+        glLoadIdentity();
+        // Screen coordinates, downwards.
+        glOrtho(0, this->width(), this->height(), 0, -1, 1);
+        glMatrixMode(GL_MODELVIEW);
+        glLoadIdentity();
+        if (has_image_) draw_image(image_width);
+        ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
+        glfwSwapBuffers(window_);
+    }
+
+private:
+    void draw_image(float width) const {
+        const float height = this->height();
+        glEnable(GL_TEXTURE_2D);
+        glBindTexture(GL_TEXTURE_2D, texture_);
+        glTexEnvi(GL_TEXTURE_ENV, GL_TEXTURE_ENV_MODE, GL_REPLACE);
+        glBegin(GL_QUADS);
+        for (const auto& [x, y] :
+             {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)}) {
+            glTexCoord2i(x, y);
+            glVertex2f(static_cast<float>(x) * width, static_cast<float>(y) * height);
+        }
+        glEnd();
+        glDisable(GL_TEXTURE_2D);
+        if (line_ends_.empty()) return;
+        // The viewport becomes the image.
+        const float scale = pixel_scale();
+        glPushAttrib(GL_VIEWPORT_BIT | GL_ENABLE_BIT | GL_COLOR_BUFFER_BIT);
+        glViewport(0, 0, static_cast<GLsizei>(width * scale), static_cast<GLsizei>(height * scale));
+        glEnable(GL_BLEND);
+        glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+        glMatrixMode(GL_PROJECTION);
+        glPushMatrix();
+        glLoadIdentity();
+        glEnableClientState(GL_VERTEX_ARRAY);
+        glVertexPointer(4, GL_FLOAT, 0, line_ends_.data());
+        glEnableClientState(GL_COLOR_ARRAY);
+        glColorPointer(4, GL_FLOAT, 0, line_colours_.data());
+        glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(line_ends_.size()));
+        glDisableClientState(GL_COLOR_ARRAY);
+        glDisableClientState(GL_VERTEX_ARRAY);
+        glPopMatrix();
+        glPopAttrib();
+    }
+
+    GLFWwindow* window_ = nullptr;
+    std::vector<KeyPress> keys_;
+    unsigned texture_ = 0;
+    bool has_image_ = false;
+    std::vector<glm::vec4> line_ends_;
+    /// They fade with the distance from the eye.
+    std::vector<glm::vec4> line_colours_;
+};
 
 /// Around the target for a drag over the height of the image.
 constexpr double kOrbitRadians = std::numbers::pi;
@@ -66,9 +246,9 @@ void draw_time(Playback& playback) {
     if (ImGui::Button("<")) playback.step(-1);
     ImGui::SameLine();
     if (ImGui::Button(">")) playback.step(1);
-    auto frame = static_cast<float>(playback.frame());
-    if (ImGui::SliderFloat("frame", &frame, static_cast<float>(playback.first()),
-                           static_cast<float>(playback.last()), "%.2f")) {
+    auto frame = static_cast<float>(playback.frame);
+    if (ImGui::SliderFloat("frame", &frame, static_cast<float>(playback.first),
+                           static_cast<float>(playback.last), "%.2f")) {
         playback.playing = false;
         playback.seek(frame);
     }
@@ -102,7 +282,7 @@ std::string figures(const TracedImage& image) {
             pane.device, pane.deform_ms, pane.update.milliseconds(),
             morphray::to_string(pane.update.step), pane.update.cost_ratio, pane.trace_ms,
             static_cast<double>(pane.rays) / std::max(pane.trace_ms, 1e-6) / 1e3);
-    return image.scale.empty() ? text : text + image.scale + '\n';
+    return text;
 }
 
 }  // namespace
@@ -135,37 +315,6 @@ InputActions apply_input(float height, std::span<const KeyPress> keys, const Cam
     return actions;
 }
 
-void draw_panel(float left, float width, float height, ViewState& state, const PanelFacts& facts) {
-    ImGui::SetNextWindowPos({left, 0});
-    ImGui::SetNextWindowSize({width, height});
-    ImGui::Begin("panel", nullptr,
-                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
-                     ImGuiWindowFlags_NoSavedSettings);
-    ImGui::PushItemWidth(-90);
-    draw_time(state.playback);
-    ImGui::Separator();
-    choose("backend", kShownBackends, state.backend);
-    ImGui::Checkbox("difference of CPU and Vulkan", &state.shows_difference);
-    choose("shading", kShadings, state.view.shading);
-    if (state.view.shading == morphray::Shading::plain) choose("rays", kRays, state.view.rays);
-    choose("samples", kSampleCounts, state.view.samples);
-    draw_tree(state);
-    ImGui::Separator();
-    ImGui::PushTextWrapPos();
-    if (facts.image != nullptr) ImGui::TextUnformatted(figures(*facts.image).c_str());
-    ImGui::TextUnformatted(facts.message.c_str());
-    ImGui::Separator();
-    ImGui::TextUnformatted(facts.pixel.empty() ? "click on a pixel" : facts.pixel.c_str());
-    ImGui::Separator();
-    ImGui::TextUnformatted(
-        "drag: orbit, shift-drag: pan, wheel: zoom\nspace: play, left and right: a frame\n"
-        "1 to 7: shading, V: backend, M: difference\nB: boxes, R: first camera, H: this panel\n"
-        "ctrl-Q: end");
-    ImGui::PopTextWrapPos();
-    ImGui::PopItemWidth();
-    ImGui::End();
-}
-
 namespace {
 
 constexpr int kPanelWidth = 330;
@@ -193,17 +342,17 @@ public:
           window_("morphray view " + escape(animation_->name()),
                   static_cast<int>(state_.view.width) + kPanelWidth,
                   static_cast<int>(state_.view.height)),
-          engine_(options_.image, *animation_, messages, [] { Window::wake(); }) {
+          engine_(options_.image, *animation_, messages, glfwPostEmptyEvent) {
         if (!options_.screenshot.empty()) return;
         // The screen may be smaller than the window that was asked for.
         take_size(options_.image.view);
-        const double frame = state_.playback.frame();
+        const double frame = state_.playback.frame;
         state_ = initial_state(options_, *animation_, frame);
         first_camera_ = state_.camera;
     }
 
     void run() {
-        last_ = Window::seconds();
+        last_ = glfwGetTime();
         while (step()) throw_if_interrupted();
     }
 
@@ -212,7 +361,7 @@ private:
     float image_width() const { return std::max(window_.width() - panel_width(), 1.0f); }
 
     bool step() {
-        window_.wait(kIdleSeconds);
+        glfwWaitEventsTimeout(kIdleSeconds);
         if (window_.closes()) return false;
         const bool is_new = take_image();
         if (is_done_) return false;
@@ -221,7 +370,7 @@ private:
         const float height = window_.height();
         const InputActions actions =
             apply_input(height, window_.take_keys(), first_camera_, state_);
-        const double now = Window::seconds();
+        const double now = glfwGetTime();
         state_.playback.advance(now - std::exchange(last_, now));
         // A screenshot has the size of the options.
         if (options_.screenshot.empty()) {
@@ -304,16 +453,46 @@ private:
         list.AddText({8, 8}, 0xFFFFFFFFu, text.c_str());
     }
 
+    void draw_panel(const std::string& pixel) {
+        ImGui::SetNextWindowPos({image_width(), 0});
+        ImGui::SetNextWindowSize({panel_width(), window_.height()});
+        ImGui::Begin("panel", nullptr,
+                     ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
+        ImGui::PushItemWidth(-90);
+        draw_time(state_.playback);
+        ImGui::Separator();
+        choose("backend", kShownBackends, state_.backend);
+        ImGui::Checkbox("difference of CPU and Vulkan", &state_.shows_difference);
+        choose("shading", kShadings, state_.view.shading);
+        if (state_.view.shading == morphray::Shading::plain)
+            choose("rays", kRays, state_.view.rays);
+        choose("samples", kSampleCounts, state_.view.samples);
+        draw_tree(state_);
+        ImGui::Separator();
+        ImGui::PushTextWrapPos();
+        const std::string facts = image_ ? figures(*image_) + image_->scale + '\n' + message_
+                                         : fmt::format("building the tree, {} triangles",
+                                                       animation_->topology().triangles.size());
+        ImGui::TextUnformatted(facts.c_str());
+        ImGui::Separator();
+        ImGui::TextUnformatted(pixel.empty() ? "click on a pixel" : pixel.c_str());
+        ImGui::Separator();
+        ImGui::TextUnformatted(
+            "drag: orbit, shift-drag: pan, wheel: zoom\nspace: play, left and right: a frame\n"
+            "1 to 7: shading, V: backend, M: difference\nB: boxes, R: first camera, H: this "
+            "panel\nctrl-Q: end");
+        ImGui::PopTextWrapPos();
+        ImGui::PopItemWidth();
+        ImGui::End();
+    }
+
     void draw() {
         const float width = image_width();
-        PanelFacts facts{.image = image_.get(), .pixel = {}, .message = message_};
-        if (!image_) {
-            facts.message = fmt::format("building the tree, {} triangles",
-                                        animation_->topology().triangles.size());
-        }
+        std::string pixel;
         // The pixel that was clicked on is shown until the image is another one.
         if (pixel_ && pixel_->request.image == first_request_) {
-            facts.pixel = pixel_text(*pixel_);
+            pixel = pixel_text(*pixel_);
             const float scale = window_.pixel_scale();
             const float x = (static_cast<float>(pixel_->request.pixel.x) + 0.5f) / scale;
             const float y = (static_cast<float>(pixel_->request.pixel.y) + 0.5f) / scale;
@@ -322,7 +501,7 @@ private:
             list.AddRect({x - 3, y - 3}, {x + 4, y + 4}, 0xFFFFFFFFu);
         }
         if (different_) draw_label();
-        if (state_.shows_panel) draw_panel(width, panel_width(), window_.height(), state_, facts);
+        if (state_.shows_panel) draw_panel(pixel);
         window_.end_frame(width);
     }
 

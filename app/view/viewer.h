@@ -1,15 +1,16 @@
-// Input, the panel and the loop of the viewer.
+// The window of the viewer: its input, its panel and its loop.
 #pragma once
 
 #include <array>
-#include <optional>
-#include <span>
-#include <string>
 
 #include "app/view/engine.h"
-#include "app/view/window.h"
 
 namespace mray::app {
+
+struct KeyPress {
+    int key = 0;
+    bool with_ctrl = false;
+};
 
 struct InputActions {
     /// A place on the image that was clicked on, in screen coordinates.
@@ -20,15 +21,6 @@ struct InputActions {
 /// Turns input on the image into movements of camera and time, in parts of `height`.
 InputActions apply_input(float height, std::span<const KeyPress> keys, const Camera& first_camera,
                          ViewState& state);
-
-/// What the panel says besides the state. The image may be null.
-struct PanelFacts {
-    const TracedImage* image = nullptr;
-    std::string pixel;
-    std::string message;
-};
-
-void draw_panel(float left, float width, float height, ViewState& state, const PanelFacts& facts);
 
 /// Opens a window until it is closed or its screenshot is written. Throws Error.
 void show_scene(const ViewOptions& options, const Messages& messages);

@@ -17,7 +17,7 @@
 #include "app/base/messages.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
-#include "app/commands/cross_checker.h"
+#include "app/commands/crosscheck.h"
 #include "common/base/errors.h"
 #include "common/scene/camera_setup.h"
 #include "scenes/animation.h"
@@ -97,13 +97,10 @@ TEST(FrameLabel, SortsLikeItsNumber) {
         folder.write(fmt::format("f_{}.obj", number), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     const std::unique_ptr<Animation> animation = open_scene(folder.file("f_%d.obj"));
     const std::vector<double> frames = {9998, 9998.25, 9998.5, 9999, 9999.75, 10000, 10000.5};
-    const FrameDigits digits = digits_of(frames, *animation);
-    EXPECT_EQ(digits.whole, 5u);
-    EXPECT_EQ(digits.fraction, 2u);
-    std::vector<std::string> names;
-    for (const double frame : frames)
-        names.push_back(fmt::format("frame_{}.png", frame_label(frame, digits)));
-    EXPECT_TRUE(std::is_sorted(names.begin(), names.end())) << names.front();
+    const std::vector<std::string> labels = frame_labels(frames, *animation);
+    EXPECT_EQ(labels.front(), "09998.00");
+    EXPECT_EQ(labels.back(), "10000.50");
+    EXPECT_TRUE(std::is_sorted(labels.begin(), labels.end())) << labels.front();
 }
 
 TEST(ProbeSentence, SaysWhatIsHitAndWhetherAllAgree) {

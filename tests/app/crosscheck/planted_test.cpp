@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/cli/command_line.h"
-#include "app/commands/cross_checker.h"
+#include "app/commands/crosscheck.h"
 #include "app/report/check_report.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
@@ -64,7 +64,7 @@ Json planted_run(int frames, int first_wrong, std::uint32_t side,
             for (const auto rays :
                  {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
                 const bool differs = *backend == 'v' && frame >= first_wrong;
-                add_images(scene, options, {{backend, "", "refit", "cpu"}, number, rays, "brute"},
+                add_images(scene, options, {{backend, "", "cpu"}, number, rays, "brute"},
                            expected, differs ? wrong : expected);
             }
         }
@@ -242,7 +242,7 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     Json report = empty_report(options);
     Json& scene = report["scenes"][0];
     scene["frames"].push_back(3.0);
-    add_images(scene, options, {{"vulkan", "", "refit", "cpu"}, 6.5, morphray::Rays::ao, "brute"},
+    add_images(scene, options, {{"vulkan", "", "cpu"}, 6.5, morphray::Rays::ao, "brute"},
                expected, doctored);
     EXPECT_EQ(scene["equal"], false);
     EXPECT_EQ(scene["rows"][0]["differences"]["total"], 1);

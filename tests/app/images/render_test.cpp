@@ -394,20 +394,6 @@ TEST(RenderTextures, MasksMakeHoles) {
     EXPECT_EQ(image_hash(render_gltf(folder, builder.gltf())), solid);
 }
 
-TEST(RenderTextures, InADataUriChangeTheHashOfTheScene) {
-    const TemporaryFolder folder;
-    const auto hash_with = [&](const std::string& image) {
-        GltfBuilder builder = textured_gltf();
-        builder.json["images"] = {{{"uri", data_uri(image)}}};
-        EXPECT_EQ(render_gltf(folder, builder.gltf()).code, 0);
-        const std::string png = read_file(folder.path() / "out/frame_0000.png");
-        return png.substr(png.find("Scene hash"), 40);
-    };
-    const std::string first = hash_with(png_of(1, 2));
-    EXPECT_EQ(hash_with(png_of(1, 2)), first);
-    EXPECT_NE(hash_with(png_of(0xFFFFFF, 0xFFFFFF)), first);
-}
-
 TEST(RenderTextures, InfoCountsThem) {
     const TexturedFolder folder;
     const Outcome outcome = run({"info", folder.file("scene.obj")});
