@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/interop/bvh_layout.h"
-#include "common/interop/params.h"
+#include "common/interop/camera.h"
 #include "cpu/packet/packet_frame.h"
 
 namespace mray::cpu {
