@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
+#include <cstddef>
+#include <numeric>
 
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
@@ -95,10 +96,17 @@ std::vector<ChartTracer> ChartMethods::operator()(const ChartRays& rays) const {
     add("brute force", "ours", true, true, brute_tracer(scene_, ours));
     const std::size_t tile_tests =
         std::max<std::size_t>(1, scene_.topology.triangles.size()) * kTileSize * kTileSize;
-    // From the middle, where an image shows the scene.
-    const std::size_t tiles = ours.tiles.size();
-    const std::size_t count = std::min(tiles, std::max<std::size_t>(1, kBruteTests / tile_tests));
-    tracers.back().tiles = {(tiles - count) / 2, (tiles - count) / 2 + count};
+    // Where most rays are.
+    const std::vector<TileRays>& tiles = ours.tiles;
+    const auto rays_of = [&](const TileRays& tile) {
+        return std::accumulate(ours.active.begin() + static_cast<std::ptrdiff_t>(tile.begin),
+                               ours.active.begin() + static_cast<std::ptrdiff_t>(tile.end),
+                               std::size_t{0});
+    };
+    const auto fullest = std::ranges::max_element(tiles, {}, rays_of);
+    const auto first = static_cast<std::size_t>(fullest - tiles.begin());
+    const std::size_t count = std::max<std::size_t>(1, kBruteTests / tile_tests);
+    tracers.back().tiles = {first, std::min(tiles.size(), first + count)};
     add("scalar", "ours", true, true, reference_tracer(bvh, ours));
     for (Tracer& tracer : our_tracers(bvh, best_simd_target(), ours)) {
         const bool slow = tracer.name != "packet";

@@ -257,6 +257,9 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
     std::vector<std::string> never;
     std::vector<std::string> others;
     std::vector<std::string> slow;
+    const auto list = [](const std::vector<std::string>& names) {
+        return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+    };
     for (const Column& column : columns) {
         if (column.failures == 0)
             never.push_back(column.method);
@@ -280,7 +283,7 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
     };
     plot::Figure wrong =
         map(fmt::format("Wrong answers per million rays on {} scenes. Never wrong: {}. Wrong: {}",
-                        inputs.size(), fmt::join(never, ", "), fmt::join(others, ", ")),
+                        inputs.size(), list(never), list(others)),
             "wrong [1/million]", "0");
     plot::Figure errors =
         map("Error of t of right answers: 99 % are at most so many ulp off", "t 99 % [ulp]", "1");

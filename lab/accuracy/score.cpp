@@ -108,7 +108,11 @@ std::uint64_t Score::wrong() const {
 }
 
 Judge::Judge(const ExactReferee& referee, const RaySet& set)
-    : referee_(referee), set_(set), truths_(set.rays.size()), exact_(set.rays.size()) {
+    : referee_(referee),
+      set_(set),
+      truths_(set.rays.size()),
+      exact_(set.rays.size()),
+      last_(set.rays.size()) {
     for_each_tile(set, set.whole(), [&](const TileRays& tile) {
         for (std::size_t i = tile.begin; i < tile.end; ++i) {
             if (set.active[i] == 0) continue;
@@ -126,11 +130,18 @@ Score Judge::score(const TraceAnswers& answers, const TileRange& tiles) const {
         for (std::size_t i = tile.begin; i < tile.end; ++i) {
             if (set_.active[i] == 0) continue;
             const Ray& ray = set_.rays[i];
-            const std::uint64_t before = ExactTriangle::exact_count();
-            const Verdict verdict =
-                set_.any_hit() ? referee_.judge_occlusion(ray, truths_[i], answers.occluded[i] != 0)
-                               : referee_.judge(ray, truths_[i], answers.hits[i].prim_id);
-            score.exact += exact_[i] != 0 || ExactTriangle::exact_count() != before;
+            const std::uint32_t answer =
+                set_.any_hit() ? answers.occluded[i] : answers.hits[i].prim_id;
+            LastAnswer& last = last_[i];
+            if (!last.known || last.prim_id != answer) {
+                const std::uint64_t before = ExactTriangle::exact_count();
+                last = {answer, true,
+                        set_.any_hit() ? referee_.judge_occlusion(ray, truths_[i], answer != 0)
+                                       : referee_.judge(ray, truths_[i], answer),
+                        exact_[i] != 0 || ExactTriangle::exact_count() != before};
+            }
+            const Verdict verdict = last.verdict;
+            score.exact += last.exact;
             ++score.verdicts[static_cast<std::size_t>(verdict)];
             ++score.rays;
             if (set_.any_hit() || verdict != Verdict::kRight || !truths_[i].hit()) continue;

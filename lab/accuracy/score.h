@@ -70,14 +70,23 @@ class Judge {
 public:
     Judge(const ExactReferee& referee, const RaySet& set);
 
-    /// Judges the answers to the rays of some tiles. Times are not set.
+    /// Judges the answers to the rays of some tiles. Times are not set. One call at a time.
     Score score(const TraceAnswers& answers, const TileRange& tiles) const;
 
 private:
+    /// The answer to a ray that was judged last, as methods often agree in wrong ones.
+    struct LastAnswer {
+        std::uint32_t prim_id = 0;
+        bool known = false;
+        Verdict verdict = Verdict::kRight;
+        bool exact = false;
+    };
+
     const ExactReferee& referee_;
     const RaySet& set_;
     std::vector<Truth> truths_;
     std::vector<std::uint8_t> exact_;
+    mutable std::vector<LastAnswer> last_;
 };
 
 }  // namespace mray::lab

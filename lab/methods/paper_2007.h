@@ -2,8 +2,8 @@
 // volume hierarchies. ACM Transactions on Graphics 26(1). 2007.
 //
 // The paper's traversal as it stands there, with vectors as wide as the processor's where it had 4.
-// Changed: triangles are intersected by the planes through the common origin and their edges, set up
-// once a packet. Its rounding is its own, so hits differ from ours as rarely as Embree's.
+// Changed: triangles are intersected by the planes through the common origin and their edges, set
+// up once a packet. Its rounding is its own, so hits differ from ours as rarely as Embree's.
 #pragma once
 
 #include <span>
