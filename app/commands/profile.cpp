@@ -1,5 +1,7 @@
 // morphray profile: measures the stages of a frame, or compares policies.
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "app/animation/animation_scene.h"
@@ -9,7 +11,9 @@
 #include "app/report/json_parts.h"
 #include "common/bvh/bvh.h"
 #include "common/text/text.h"
+#include "common/version.h"
 #include "library/src/engine.h"
+#include "report/machine.h"
 #include "report/plot.h"
 #include "report/shell.h"
 #include "report/spread.h"
@@ -20,13 +24,39 @@ namespace {
 
 namespace engine = morphray::engine;
 
-Json profile_head(const ProfileOptions& options, const Animation& animation) {
+/// A time is taken for more than noise from this number of rounds on.
+constexpr int kEnoughRounds = 5;
+
+Json profile_head(const ProfileOptions& options, const Animation& animation,
+                  const std::vector<morphray::Device>& devices) {
     Json json = head_of("profile", animation);
     json["width"] = options.view.width;
     json["height"] = options.view.height;
     json["rays"] = name_of_rays(options.view.rays);
     json["repeat"] = *options.repeat;
+    Json described = Json::object();
+    for (const morphray::Device& device : devices) described[device.name()] = device.description();
+    json["environment"] = {
+        {"machine", machine_name()}, {"version", kVersionDetail}, {"devices", described}};
     return json;
+}
+
+/// "AMD EPYC, ...; cpu: avx2, 2 threads; morphray 0.1.0 (1a2b3c4d)".
+std::string environment_text(const Json& report) {
+    const Json& environment = report["environment"];
+    std::string text = environment["machine"];
+    for (const auto& [name, description] : environment["devices"].items())
+        text += fmt::format("; {}: {}", name, description.get<std::string>());
+    return fmt::format("{}; morphray {}", text, environment["version"].get<std::string>());
+}
+
+/// The cells of every row of a CSV file that say where it was measured.
+const std::vector<std::string> kEnvironmentColumns = {"machine", "device", "version"};
+void add_environment(std::vector<std::string>& row, const Json& report,
+                     const std::string& backend) {
+    const Json& environment = report["environment"];
+    row.insert(row.end(),
+               {environment["machine"], environment["devices"][backend], environment["version"]});
 }
 
 struct Played {
@@ -42,9 +72,12 @@ struct PolicyRun {
     std::string policy;
     std::string backend;
     std::vector<std::vector<Played>> rounds = {};
-    /// For each frame, its median round by cost; `total_ms` adds their costs up.
+    /// For each frame, its median round by cost.
     std::vector<Played> frames = {};
+    /// The median of the rounds, and their range.
     double total_ms = 0;
+    double least_ms = 0;
+    double most_ms = 0;
     /// total_ms beyond the least of all policies on the backend, relative to it.
     double regret = 0;
 };
@@ -69,11 +102,37 @@ void compare(std::span<PolicyRun> runs) {
             run.frames[f].times = middle.times;
             run.frames[f].trace_ms = middle.trace_ms;
         }
-        run.total_ms = total_of(run.frames);
+        std::vector<double> totals;
+        for (const std::vector<Played>& round : run.rounds) totals.push_back(total_of(round));
+        run.total_ms = median(totals);
+        run.least_ms = std::ranges::min(totals);
+        run.most_ms = std::ranges::max(totals);
     }
     const double least = std::ranges::min_element(runs, {}, &PolicyRun::total_ms)->total_ms;
     for (PolicyRun& run : runs)
         if (least > 0) run.regret = run.total_ms / least - 1;
+}
+
+/// Makes one row of policies that took the same steps in every round, on one backend.
+void merge_equal(std::vector<PolicyRun>& runs, std::size_t first) {
+    const auto steps_of = [](const PolicyRun& run) {
+        std::vector<morphray::Step> steps;
+        for (const std::vector<Played>& round : run.rounds)
+            for (const Played& frame : round) steps.push_back(frame.update.step);
+        return steps;
+    };
+    for (std::size_t i = first; i < runs.size(); ++i) {
+        const std::vector<morphray::Step> steps = steps_of(runs[i]);
+        for (std::size_t k = i + 1; k < runs.size();) {
+            if (steps_of(runs[k]) != steps) {
+                ++k;
+                continue;
+            }
+            runs[i].policy += ", " + runs[k].policy;
+            std::ranges::move(runs[k].rounds, std::back_inserter(runs[i].rounds));
+            runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(k));
+        }
+    }
 }
 
 /// Plays the animation under one policy. Calls `on_frame` before each frame.
@@ -115,31 +174,29 @@ Json policy_json(const PolicyRun& run) {
         hashes.push_back(hash_text(frame.hits_hash));
         costs.push_back(cost_of(frame));
     }
-    std::vector<double> totals;
-    for (const std::vector<Played>& round : run.rounds) totals.push_back(total_of(round));
-    const Spread total = spread_of(totals);
     return {{"policy", run.policy},
             {"backend", run.backend},
             {"total_ms", run.total_ms},
             {"median_frame_ms", median(costs)},
             {"worst_frame_ms", std::ranges::max(costs)},
             {"regret", run.regret},
+            {"rounds", run.rounds.size()},
             // The trees built after the first.
             {"rebuilds", std::ranges::count_if(run.frames, is_build)},
-            {"total",
-             {{"least_ms", total.least},
-              {"median_ms", total.median},
-              {"spread_percent", total.percent}}},
+            {"total", {{"least_ms", run.least_ms}, {"most_ms", run.most_ms}}},
             {"hits_hashes", hashes}};
 }
 
 std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
 
-Table frames_table(const std::vector<PolicyRun>& runs) {
-    Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
-                 "restructure ms", "rebuild ms", "trace ms", "cost ratio", "hits hash", "reason",
-                 "median trace ms", "lower trace ms", "upper trace ms", "median cost ms",
-                 "lower cost ms", "upper cost ms"});
+Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
+    std::vector<std::string> header = {
+        "policy",         "backend",        "frame",          "update",          "upload ms",
+        "refit ms",       "decide ms",      "restructure ms", "rebuild ms",      "trace ms",
+        "cost ratio",     "hits hash",      "reason",         "median trace ms", "lower trace ms",
+        "upper trace ms", "median cost ms", "lower cost ms",  "upper cost ms",   "rounds"};
+    header.insert(header.end(), kEnvironmentColumns.begin(), kEnvironmentColumns.end());
+    Table table(std::move(header));
     for (const PolicyRun& run : runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
             const Played& f = run.frames[i];
@@ -152,47 +209,92 @@ Table frames_table(const std::vector<PolicyRun>& runs) {
             }
             const Spread trace = spread_of(traces);
             const Spread cost = spread_of(costs);
-            table.add({run.policy, run.backend, fmt::format("{}", f.frame),
-                       to_string(f.update.step), fixed_ms(times.upload_ms),
-                       fixed_ms(times.refit_ms), fixed_ms(times.decide_ms),
-                       fixed_ms(times.restructure_ms), fixed_ms(times.rebuild_ms),
-                       fixed_ms(f.trace_ms), fmt::format("{:.4f}", f.update.cost_ratio),
-                       hash_text(f.hits_hash), f.update.reason, fixed_ms(trace.median),
-                       fixed_ms(trace.lower), fixed_ms(trace.upper), fixed_ms(cost.median),
-                       fixed_ms(cost.lower), fixed_ms(cost.upper)});
+            std::vector<std::string> row = {run.policy,
+                                            run.backend,
+                                            fmt::format("{}", f.frame),
+                                            to_string(f.update.step),
+                                            fixed_ms(times.upload_ms),
+                                            fixed_ms(times.refit_ms),
+                                            fixed_ms(times.decide_ms),
+                                            fixed_ms(times.restructure_ms),
+                                            fixed_ms(times.rebuild_ms),
+                                            fixed_ms(f.trace_ms),
+                                            fmt::format("{:.4f}", f.update.cost_ratio),
+                                            hash_text(f.hits_hash),
+                                            f.update.reason,
+                                            fixed_ms(trace.median),
+                                            fixed_ms(trace.lower),
+                                            fixed_ms(trace.upper),
+                                            fixed_ms(cost.median),
+                                            fixed_ms(cost.lower),
+                                            fixed_ms(cost.upper),
+                                            std::to_string(run.rounds.size())};
+            add_environment(row, report, run.backend);
+            table.add(std::move(row));
         }
     }
     return table;
 }
 
-/// "quickest: auto on cpu with 9.01 ms, refit on vulkan with 290 ms".
-std::string policies_sentence(const Json& policies) {
-    std::string text;
-    for (const Json& run : policies) {
-        if (run["regret"] != 0) continue;
-        text += fmt::format("{}{} on {} with {:.4g} ms", text.empty() ? "quickest: " : ", ",
-                            run["policy"].get<std::string>(), run["backend"].get<std::string>(),
-                            run["total_ms"].get<double>());
+/// What was found on one backend; `rows` are its policies.
+std::string finding_of(const std::vector<Json>& rows) {
+    const auto text_of_row = [](const Json& row) {
+        return fmt::format("{} {:.2f} ms", row["policy"].get<std::string>(),
+                           row["total_ms"].get<double>());
+    };
+    const std::string backend = rows[0]["backend"];
+    if (rows.size() == 1) {
+        const bool merged = rows[0]["policy"].get<std::string>().find(',') != std::string::npos;
+        return fmt::format("{} on {}{}", text_of_row(rows[0]), backend,
+                           merged ? ", by the same steps" : "");
     }
-    return text;
+    const Json& best = rows[0];
+    const Json& second = rows[1];
+    const auto range_of = [](const Json& row) {
+        return row["total"]["most_ms"].get<double>() - row["total"]["least_ms"].get<double>();
+    };
+    if (best["rounds"] < kEnoughRounds || second["rounds"] < kEnoughRounds)
+        return fmt::format("too few rounds to name the quickest on {}: {}, {}", backend,
+                           text_of_row(best), text_of_row(second));
+    if (best["total"]["most_ms"] < second["total"]["least_ms"])
+        return fmt::format("quickest on {}: {}, then {}", backend, text_of_row(best),
+                           text_of_row(second));
+    return fmt::format("no difference found on {}: {} against {}, spread {:.2f} ms", backend,
+                       text_of_row(best), text_of_row(second),
+                       std::max(range_of(best), range_of(second)));
+}
+
+/// A policy is the quickest if all its rounds took less than all those of the next.
+std::string policies_sentence(const Json& policies) {
+    std::map<std::string, std::vector<Json>> backends;
+    for (const Json& row : policies) backends[row["backend"]].push_back(row);
+    std::vector<std::string> findings;
+    for (auto& [backend, rows] : backends) {
+        std::ranges::stable_sort(rows, {},
+                                 [](const Json& row) { return row["total_ms"].get<double>(); });
+        findings.push_back(finding_of(rows));
+    }
+    return fmt::format("{}", fmt::join(findings, "; "));
 }
 
 std::string summary_of(const Json& report) {
-    Table table({"policy", "backend", "total", "spread", "median", "worst", "regret", "rebuilds"});
+    Table table(
+        {"policy", "backend", "total", "least", "most", "median", "worst", "regret", "rebuilds"});
     for (const Json& run : report["policies"]) {
         const auto fixed = [](const Json& number, int digits, double scale = 1) {
             return fmt::format("{:.{}f}", scale * number.get<double>(), digits);
         };
         table.add({run["policy"], run["backend"], fixed(run["total_ms"], 2),
-                   fixed(run["total"]["spread_percent"], 1), fixed(run["median_frame_ms"], 2),
-                   fixed(run["worst_frame_ms"], 2), fixed(run["regret"], 1, 100),
-                   run["rebuilds"].dump()});
+                   fixed(run["total"]["least_ms"], 2), fixed(run["total"]["most_ms"], 2),
+                   fixed(run["median_frame_ms"], 2), fixed(run["worst_frame_ms"], 2),
+                   fixed(run["regret"], 1, 100), run["rebuilds"].dump()});
     }
     const int repeat = report["repeat"];
     return fmt::format(
-        "{}\n\ntimes in ms of {} round{}; total: the medians of its frames; spread: of the totals\n"
-        "of rounds, in %; median, worst: of a frame; regret: beyond the least total, in %\n{}",
-        policies_sentence(report["policies"]), repeat, repeat == 1 ? "" : "s", table.text());
+        "{}\n\n{}\n\ntimes in ms of {} round{}; total, least, most: of the rounds, the median\n"
+        "first; median, worst: of a frame; regret: beyond the least total, in %\n{}",
+        wrapped(policies_sentence(report["policies"])), wrapped(environment_text(report)), repeat,
+        repeat == 1 ? "" : "s", table.text());
 }
 
 std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
@@ -226,14 +328,14 @@ std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs
     const auto text = [&](const char* key) { return report[key].dump(); };
     const plot::Figure figure{
         .title = policies_sentence(report["policies"]),
-        .footer = fmt::format(
-            "{}, {} triangles, {}x{} pixels, {} rays; {}", report["scene"].get<std::string>(),
-            text("triangles"), text("width"), text("height"), report["rays"].get<std::string>(),
-            report["repeat"] == 1
-                ? "one round"
-                : fmt::format("medians of {} rounds, bands between quartiles", text("repeat"))),
+        .footer = fmt::format("{}, {} triangles, {}x{} pixels, {} rays; medians of {} rounds, "
+                              "bands between quartiles; "
+                              "{}",
+                              report["scene"].get<std::string>(), text("triangles"), text("width"),
+                              text("height"), report["rays"].get<std::string>(), text("repeat"),
+                              environment_text(report)),
         .panels = panels_of(runs)};
-    return plot::draw(figure, frames_table(runs).csv(),
+    return plot::draw(figure, frames_table(report, runs).csv(),
                       lower_case(file).ends_with(".png") ? "png" : "svg");
 }
 
@@ -245,6 +347,10 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
         if (!name.ends_with(".svg") && !name.ends_with(".png"))
             throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png",
                         options.plot);
+        if (*options.repeat < kEnoughRounds)
+            throw Error(ErrorKind::kBadArgument,
+                        "--plot: curves need at least {} rounds; give --repeat {} or more",
+                        kEnoughRounds, kEnoughRounds);
         plot::require_gnuplot("--plot");
     }
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
@@ -274,16 +380,17 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
                 runs[first + p].rounds.push_back(play(options, options.policies[p], *animation,
                                                       frames, device, messages, begin_frame));
             }
+            merge_equal(runs, first);
             compare(std::span(runs).subspan(first));
         }
     }
-    Json report = profile_head(options, *animation);
+    Json report = profile_head(options, *animation, devices);
     report["policies"] = Json::array();
     for (const PolicyRun& run : runs) report["policies"].push_back(policy_json(run));
     return write_reports(
         ExitCode::kOk, messages,
         {{options.json, [&] { return json_text(report); }},
-         {options.csv, [&] { return frames_table(runs).csv(); }},
+         {options.csv, [&] { return frames_table(report, runs).csv(); }},
          {options.plot, [&] { return plot_policies(report, runs, options.plot); }}},
         [&] { return summary_of(report); });
 }
@@ -350,6 +457,7 @@ public:
         row["rays"] = times.rays;
         row["sah_cost"] = bvh_stats(tree_).sah_cost;
         row["rebuilt_sah_cost"] = bvh_stats(rebuilt).sah_cost;
+        row["trace_spread_percent"] = spread_of(samples["trace"]).percent;
         row["samples_ms"] = samples;
         return row;
     }
@@ -404,13 +512,10 @@ Json backends_of(const Json& frames) {
             return median(values);
         };
         Json& row = backends.emplace_back(Json{{"backend", first["backend"]}});
-        for (const char* key : {"deform_ms", "upload_ms", "refit_ms", "rebuild_ms", "trace_ms",
-                                "trace_rebuilt_ms", "rays", "sah_cost", "rebuilt_sah_cost"})
+        for (const char* key :
+             {"deform_ms", "upload_ms", "refit_ms", "rebuild_ms", "trace_ms", "trace_rebuilt_ms",
+              "rays", "sah_cost", "rebuilt_sah_cost", "trace_spread_percent"})
             row[key] = median_of([&](const Json& frame) { return frame[key].get<double>(); });
-        row["trace_ratio"] = median_of([](const Json& frame) {
-            return frame["trace_ms"].get<double>() /
-                   (frame["trace_rebuilt_ms"].get<double>() + 1e-9);
-        });
     }
     return backends;
 }
@@ -437,24 +542,44 @@ std::string sentence_of(const Json& backends) {
             return number(row["rebuild_ms"].get<double>() / (update_ms(row) + 1e-9));
         }),
         on_each([&](const Json& row) {
-            const double percent = std::round(100 * (row["trace_ratio"].get<double>() - 1));
+            const double ratio =
+                row["trace_ms"].get<double>() / (row["trace_rebuilt_ms"].get<double>() + 1e-9);
+            const double percent = std::round(100 * (ratio - 1));
             if (percent == 0) return std::string("as fast as a new one");
             return fmt::format("{} % {}", std::abs(percent), percent > 0 ? "slower" : "faster");
         }));
 }
 
-Table table_of(const Json& rows) {
-    Table table({"frame", "backend", "deform", "update", "rebuild", "trace", "new trace", "Mray/s",
-                 "SAH ratio"});
+/// For people, or as CSV with units and where it was measured.
+Table table_of(const Json& report, const Json& rows, bool is_csv) {
+    std::vector<std::string> header = {"frame", "backend",   "deform", "update", "rebuild",
+                                       "trace", "new trace", "spread", "Mray/s", "SAH"};
+    if (is_csv) {
+        for (std::size_t i = 2; i < 7; ++i) header[i] += " [ms]";
+        header[7] = "spread of trace [%]";
+        header[9] = "SAH ratio";
+        header.emplace_back("runs");
+        header.insert(header.end(), kEnvironmentColumns.begin(), kEnvironmentColumns.end());
+    }
+    Table table(std::move(header));
     for (const Json& row : rows) {
         const auto number = [&](const char* key) { return row[key].get<double>(); };
-        table.add({row.contains("frame") ? fmt::format("{}", number("frame")) : "all",
-                   row["backend"], fixed_ms(number("deform_ms")),
-                   fixed_ms(number("upload_ms") + number("refit_ms")),
-                   fixed_ms(number("rebuild_ms")), fixed_ms(number("trace_ms")),
-                   fixed_ms(number("trace_rebuilt_ms")),
-                   fmt::format("{:.1f}", number("rays") / (number("trace_ms") * 1e3 + 1e-9)),
-                   fmt::format("{:.3f}", number("sah_cost") / number("rebuilt_sah_cost"))});
+        std::vector<std::string> cells = {
+            row.contains("frame") ? fmt::format("{}", number("frame")) : "all",
+            row["backend"],
+            fixed_ms(number("deform_ms")),
+            fixed_ms(number("upload_ms") + number("refit_ms")),
+            fixed_ms(number("rebuild_ms")),
+            fixed_ms(number("trace_ms")),
+            fixed_ms(number("trace_rebuilt_ms")),
+            fmt::format("{:.1f}", number("trace_spread_percent")),
+            fmt::format("{:.1f}", number("rays") / (number("trace_ms") * 1e3 + 1e-9)),
+            fmt::format("{:.3f}", number("sah_cost") / number("rebuilt_sah_cost"))};
+        if (is_csv) {
+            cells.push_back(report["repeat"].dump());
+            add_environment(cells, report, row["backend"]);
+        }
+        table.add(std::move(cells));
     }
     return table;
 }
@@ -470,11 +595,11 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kFew);
-    Json report = profile_head(options, *animation);
+    const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
+    Json report = profile_head(options, *animation, devices);
     report["options"] = measured_options(options);
     report["frames"] = Json::array();
     {
-        const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
         Progress progress("measuring", frames.size() * devices.size(), messages);
         for (const morphray::Device& device : devices) {
             progress.begin("tree");
@@ -490,16 +615,18 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     const auto text = [&] {
         const Json backends = backends_of(report["frames"]);
         return fmt::format(
-            "{}\n\nmedians of {} run{} and {} frame{} in ms; update: upload and refit; new\n"
-            "trace: in the tree that a rebuild makes; SAH ratio: estimated cost of a ray in\n"
-            "the refitted tree over that in the new one\n{}",
-            wrapped(sentence_of(backends)), *options.repeat, *options.repeat == 1 ? "" : "s",
-            frames.size(), frames.size() == 1 ? "" : "s", table_of(backends).text());
+            "{}\n\n{}\n\nmedians of {} run{} and {} frame{} in ms; update: upload and refit; new\n"
+            "trace: in the tree that a rebuild makes; spread: of traces, between quartiles,\n"
+            "in %; SAH: estimated cost of a ray in the refitted tree over that in the new one\n{}",
+            wrapped(sentence_of(backends)), wrapped(environment_text(report)), *options.repeat,
+            *options.repeat == 1 ? "" : "s", frames.size(), frames.size() == 1 ? "" : "s",
+            table_of(report, backends, false).text());
     };
-    return write_reports(ExitCode::kOk, messages,
-                         {{options.json, [&] { return json_text(report); }},
-                          {options.csv, [&] { return table_of(report["frames"]).csv(); }}},
-                         text);
+    return write_reports(
+        ExitCode::kOk, messages,
+        {{options.json, [&] { return json_text(report); }},
+         {options.csv, [&] { return table_of(report, report["frames"], true).csv(); }}},
+        text);
 }
 
 }  // namespace mray::app

@@ -1,4 +1,4 @@
-// Decides exactly what a ray hits, and classifies answers (docs/guide/crosscheck.md).
+// Decides exactly what a ray hits, and classifies answers (docs/guide/accuracy.md).
 #pragma once
 
 #include <array>

@@ -111,7 +111,7 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
     inputs.push_back(cloth());
     for (const ChartInput& input : inputs) {
         // From far away one ulp of t is larger than the detail's triangles
-        // (docs/guide/crosscheck.md).
+        // (docs/guide/accuracy.md).
         if (input.name == "detail 1 in 1e6") continue;
         const ChartScene scene = make_chart_scene(input);
         const ChartMethods methods(scene, {});
