@@ -127,7 +127,8 @@ do for [p = 1:panels] {
         logx = get('logx')
         xzero = logx eq '' ? 0 : xlower eq '' ? zero_of(xleast, xzeros) : xleast / 10
         yzero = ymost > 30 * yleast ? zero_of(yleast, yzeros) : 0
-        if (logx ne '') { set logscale x int(logx); xlabel = xlabel.', logarithmic' }
+        set format x '%g'
+        if (logx ne '') { set logscale x int(logx); set format x '10^{%L}' }
         if (ymost > 30 * yleast) { set logscale y; ylabel = ylabel.', logarithmic' } else { set yrange [0:*] }
         set xlabel xlabel noenhanced
         set ylabel ylabel noenhanced

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -81,19 +82,22 @@ private:
 
 /// How often a frame is traced, all methods in turn.
 constexpr int kRounds = 5;
+/// Rays whose speed counts, and rays that are hard to answer.
+constexpr std::array kFrameKinds = {RayKind::kPrimary, RayKind::kAimed};
 
 struct FrameScore {
     double update_ms = 0;
-    Score score;
+    /// By kind.
+    std::array<Score, kFrameKinds.size()> scores;
 
-    /// An update and a trace.
-    double ms() const { return update_ms + score.ms; }
+    /// An update and a trace of camera rays.
+    double ms() const { return update_ms + scores[0].ms; }
 };
 
-/// All methods in one frame.
-std::vector<FrameScore> measure_frame(const ChartScene& scene, std::size_t count,
-                                      std::span<const std::unique_ptr<Updated>> methods) {
-    ChartRays rays{make_chart_rays(scene, RayKind::kPrimary, 0, count), {}};
+/// Traces rays of a kind by all methods, whose trees are at the frame.
+void measure_rays(const ChartScene& scene, std::size_t kind, std::size_t count,
+                  std::span<const std::unique_ptr<Updated>> methods, std::span<FrameScore> frame) {
+    ChartRays rays{make_chart_rays(scene, kFrameKinds[kind], 0, count), {}};
     rays.world_space = to_world(rays.scene_space, scene.space);
     const ExactReferee our_referee(scene.topology, scene.scene_space.positions,
                                    scene.scene_space.bvh);
@@ -101,36 +105,35 @@ std::vector<FrameScore> measure_frame(const ChartScene& scene, std::size_t count
                                      scene.world_space.bvh);
     const Judge our_judge(our_referee, rays.scene_space);
     const Judge their_judge(their_referee, rays.world_space);
-    std::vector<FrameScore> scores(methods.size());
+    const TileRange all = rays.scene_space.whole();
     std::vector<Tracer> tracers;
     for (std::size_t i = 0; i < methods.size(); ++i) {
-        scores[i].update_ms = timed([&] { methods[i]->update(scene); });
         tracers.push_back(methods[i]->tracer(rays));
-        const Judge& judge = methods[i]->family == "ours" ? our_judge : their_judge;
-        const TileRange all = rays.scene_space.whole();
         tracers[i].trace(all);
-        scores[i].score = judge.score(tracers[i].answers(), all);
+        const Judge& judge = methods[i]->family == "ours" ? our_judge : their_judge;
+        frame[i].scores[kind] = judge.score(tracers[i].answers(), all);
     }
     for (int round = 0; round < kRounds; ++round) {
         for (std::size_t i = 0; i < methods.size(); ++i) {
-            const double ms = timed([&] { tracers[i].trace(rays.scene_space.whole()); });
-            scores[i].score.mrays.push_back(static_cast<double>(scores[i].score.rays) / (1e3 * ms));
+            Score& score = frame[i].scores[kind];
+            const double ms = timed([&] { tracers[i].trace(all); });
+            score.mrays.push_back(static_cast<double>(score.rays) / (1e3 * ms));
         }
     }
-    for (FrameScore& one : scores)
-        one.score.ms =
-            static_cast<double>(one.score.rays) / (1e3 * spread_of(one.score.mrays).median);
-    return scores;
+    for (FrameScore& one : frame) {
+        Score& score = one.scores[kind];
+        score.ms = static_cast<double>(score.rays) / (1e3 * spread_of(score.mrays).median);
+    }
 }
 
-/// "from frame 12 on" or "in no frame": when the traces of the refitted tree have lost more time
+/// "in frame 12" or "in no frame": when the traces of the refitted tree have lost more time
 /// than a build takes.
 std::string rebuild_text(std::span<const double> frames,
                          std::span<const std::vector<FrameScore>> scores, std::size_t refitted,
                          std::size_t rebuilt) {
     double lost = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        lost += scores[i][refitted].score.ms - scores[i][rebuilt].score.ms;
+        lost += scores[i][refitted].scores[0].ms - scores[i][rebuilt].scores[0].ms;
         if (lost > scores[i][rebuilt].update_ms) return fmt::format("in frame {}", frames[i]);
     }
     return "in no frame";
@@ -156,46 +159,58 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
             methods.push_back(std::make_unique<PaperUpdated>("2007 refit", scene, false));
             methods.push_back(std::make_unique<PaperUpdated>("2007 rebuild", scene, true));
         }
-        scores.push_back(measure_frame(scene, context.effort.chunk_rays, methods));
+        std::vector<FrameScore>& one = scores.emplace_back(methods.size());
+        for (std::size_t i = 0; i < methods.size(); ++i)
+            one[i].update_ms = timed([&] { methods[i]->update(scene); });
+        for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind)
+            measure_rays(scene, kind, context.effort.chunk_rays, methods, one);
         context.done();
     }
-    Table table =
-        table_with({"frame", "method", "family", "update [ms]", "frame [ms]", "shown [1/million]"});
+    Table table = table_with(
+        {"kind", "frame", "method", "family", "update [ms]", "frame [ms]", "shown [1/million]"});
     std::vector<std::uint64_t> wrong(methods.size());
-    for (std::size_t i = 0; i < scores.size(); ++i) {
+    std::uint64_t rays = 0;
+    for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind) {
+        // Curves are made of rows that follow each other.
         for (std::size_t k = 0; k < methods.size(); ++k) {
-            const FrameScore& one = scores[i][k];
-            wrong[k] += one.score.wrong();
-            add_row(table,
-                    {number(input.frame_numbers[i]), methods[k]->method, methods[k]->family,
-                     number(one.update_ms), number(one.ms()), shown_rate(one.score)},
-                    one.score);
+            for (std::size_t i = 0; i < scores.size(); ++i) {
+                const FrameScore& one = scores[i][k];
+                const Score& score = one.scores[kind];
+                wrong[k] += score.wrong();
+                if (k == 0) rays += score.rays;
+                add_row(table,
+                        {name_of(kFrameKinds[kind]), number(input.frame_numbers[i]),
+                         methods[k]->method, methods[k]->family, number(one.update_ms),
+                         number(one.ms()), shown_rate(score)},
+                        score);
+            }
         }
     }
-    const std::uint64_t rays = scores[0][0].score.rays * scores.size();
     const auto speed = [&](std::size_t frame, std::size_t method) {
-        return number(scores[frame][method].score.mrays_per_second());
+        return number(scores[frame][method].scores[0].mrays_per_second());
     };
     const std::size_t last = scores.size() - 1;
     plot::Figure figure{
         .title = fmt::format(
             "Degrading trees on {} ({} triangles, {} camera rays a frame). Refitted since frame "
             "{}, "
-            "our tree goes from {} to {} Mray/s with {} wrong answers of {}, that of 2007 from {} "
-            "to {} with {}. The traces of the method of 2007 have lost more time than a build "
-            "takes "
-            "{}; ours {}",
-            input.name, input.topology.triangles.size(), scores[0][0].score.rays,
+            "our tree goes from {} to {} Mray/s, with {} wrong answers of {}; that of 2007 from {} "
+            "to {}, with {}. Traces of the method of 2007 have lost more time than a build takes "
+            "{}; "
+            "ours {}",
+            input.name, input.topology.triangles.size(), scores[0][0].scores[0].rays,
             number(input.frame_numbers[0]), speed(0, 0), speed(last, 0), wrong[0], count_text(rays),
             speed(0, 3), speed(last, 3), wrong[3], rebuild_text(input.frame_numbers, scores, 3, 4),
             rebuild_text(input.frame_numbers, scores, 0, 2)),
         .footer = context.footer,
         .panel_height = 300,
         .panels = {}};
-    const auto panel = [&](const char* kind, const char* title, const char* x, const char* y,
-                           const std::string& xlabel, const std::string& ylabel) {
+    const auto panel = [&](const char* kind, RayKind rays_of, const char* title, const char* x,
+                           const char* y, const std::string& xlabel, const std::string& ylabel) {
         figure.panels.push_back({{"kind", kind},
                                  {"title", title},
+                                 {"where", "kind"},
+                                 {"is", name_of(rays_of)},
                                  {"series", "method"},
                                  {"x", x},
                                  {"y", y},
@@ -206,12 +221,14 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
     const std::string mrays =
         fmt::format("Mray/s on {} threads", tbb::this_task_arena::max_concurrency());
     plot::Panel* speeds =
-        panel("lines", "speed of tracing", "frame", "speed [Mray/s]", "frame", mrays);
+        panel("lines", RayKind::kPrimary, "camera rays", "frame", "speed [Mray/s]", "frame", mrays);
     speeds->insert(
         {{"lower", "speed lower quartile [Mray/s]"}, {"upper", "speed upper quartile [Mray/s]"}});
-    panel("lines", "update and trace", "frame", "frame [ms]", "frame", "ms");
-    plot::Panel* both = panel("points", "speed against wrong answers, frame by frame",
-                              "shown [1/million]", "speed [Mray/s]", kWrongLabel, mrays);
+    panel("lines", RayKind::kPrimary, "update and camera rays", "frame", "frame [ms]", "frame",
+          "ms");
+    plot::Panel* both =
+        panel("points", RayKind::kAimed, "rays at vertices and edges, a point a frame",
+              "shown [1/million]", "speed [Mray/s]", kWrongLabel, mrays);
     both->insert({{"xlower", "wrong lower 95 % [1/million]"},
                   {"xupper", "wrong upper 95 % [1/million]"},
                   {"lower", "speed lower quartile [Mray/s]"},

@@ -209,6 +209,10 @@ void write_chart(const fs::path& folder, const Chart& chart) {
         if (!has_narrow(figure)) continue;
         plot::Figure narrow = figure;
         narrow.width = kNarrow;
+        for (plot::Panel& panel : narrow.panels) {
+            for (const char* const key : {"title", "xlabel"})
+                panel[key] = panel[key].substr(0, panel[key].find_first_of(":(,"));
+        }
         write_file(file + "_narrow.svg", plot::draw(narrow, csv, "svg"));
     }
 }
@@ -224,10 +228,12 @@ void draw_charts(const Options& options) {
     ChartContext context{.effort = effort, .devices = open_devices(), .footer = {}, .done = [&] {
                              progress.step();
                          }};
-    context.footer =
-        fmt::format("{}; {}, {} threads; {}; morphray {}; morphray chart {}{}", machine_name(),
-                    best_simd_target().name, tbb::this_task_arena::max_concurrency(), embree_name(),
-                    kVersionDetail, shell_line(options.scenes), options.quick ? " --quick" : "");
+    context.footer = fmt::format("{}; {}, {} threads; ", machine_name(), best_simd_target().name,
+                                 tbb::this_task_arena::max_concurrency());
+    for (const ChartDevice& device : context.devices) context.footer += device.detail + "; ";
+    context.footer +=
+        fmt::format("{}; morphray {}; morphray chart {}{}", embree_name(), kVersionDetail,
+                    shell_line(options.scenes), options.quick ? " --quick" : "");
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
