@@ -20,8 +20,8 @@
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
 #include "lab/bench/cgal_tree.h"
-#include "lab/methods/paper_2007.h"
 #include "lab/bench/query_points.h"
+#include "lab/methods/paper_2007.h"
 #include "morphray/morphray.hpp"
 
 namespace mray::lab {
