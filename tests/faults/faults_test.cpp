@@ -157,8 +157,8 @@ void expect_no_scratch_file(const TemporaryFolder& place) {
     ASSERT_EQ(::mount("tmpfs", place.path().c_str(), "tmpfs", 0, "size=4096"), 0);
     const TemporaryFolder folder;
     const Outcome outcome =
-        run({"profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--repeat", "1",
-             "--policies", "refit,rebuild", "--plot", folder.file("p.svg")},
+        run({"profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--policies",
+             "refit,rebuild", "--plot", folder.file("p.svg")},
             {.environment = {"TMPDIR=" + place.path().string()}});
     // Without gnuplot nothing is drawn.
     EXPECT_TRUE(outcome.code == 5 || outcome.code == 4) << outcome.err;
