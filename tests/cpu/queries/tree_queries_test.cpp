@@ -67,26 +67,29 @@ Questions grouped_questions(const TestScene& scene, const cpu::BruteTracer& brut
     return q;
 }
 
-TEST(TreeQueries, HaveTheBitsOfBruteForceOnEveryTarget) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const cpu::BruteTracer brute(scene.topology(), scene.positions());
-        for (const auto& [crossing, most] :
-             {std::pair(Crossing::kEach, kAllHits), {Crossing::kOwner, 2u}}) {
-            for (const Questions& questions : {mixed_questions(scene, brute, crossing, 250, 5),
-                                               grouped_questions(scene, brute)}) {
-                const Answers expected = answers_of(brute, questions, crossing, most);
-                for (const SimdTarget& target : supported_simd_targets()) {
-                    const cpu::TreeQueries tree(bvh, target);
-                    const Answers found = answers_of(tree, questions, crossing, most);
-                    EXPECT_EQ(count_differences(found, expected), 0u)
-                        << named.name << ", " << target.name << ", " << most;
-                }
+class TreeQueriesOn : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(TreeQueriesOn, HaveTheBitsOfBruteForceOnEveryTarget) {
+    const NamedScene named = adversarial_scenes()[GetParam()];
+    const TestScene& scene = named.scene;
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const cpu::BruteTracer brute(scene.topology(), scene.positions());
+    for (const auto& [crossing, most] :
+         {std::pair(Crossing::kEach, kAllHits), {Crossing::kOwner, 2u}}) {
+        for (const Questions& questions :
+             {mixed_questions(scene, brute, crossing, 250, 5), grouped_questions(scene, brute)}) {
+            const Answers expected = answers_of(brute, questions, crossing, most);
+            for (const SimdTarget& target : supported_simd_targets()) {
+                const cpu::TreeQueries tree(bvh, target);
+                const Answers found = answers_of(tree, questions, crossing, most);
+                EXPECT_EQ(count_differences(found, expected), 0u)
+                    << named.name << ", " << target.name << ", " << most;
             }
         }
     }
 }
+INSTANTIATE_TEST_SUITE_P(Scene, TreeQueriesOn,
+                         testing::Range(std::size_t{0}, adversarial_scenes().size()));
 
 TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
     const TestScene scene = adversarial_scenes().front().scene;
