@@ -73,6 +73,7 @@ std::string shown_rate(const Score& score) {
     const Rate rate = rate_of(score.wrong(), score.rays);
     return number(1e6 * (score.wrong() == 0 ? rate.upper : rate.value));
 }
+
 namespace {
 
 constexpr std::array kKinds = {RayKind::kPrimary, RayKind::kAimed, RayKind::kShadow,

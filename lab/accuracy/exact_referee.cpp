@@ -629,11 +629,19 @@ Verdict ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t pr
 
 Verdict ExactReferee::judge_occlusion(const Ray& ray, const Truth& truth, bool occluded) const {
     if (occluded == truth.hit()) return Verdict::kRight;
-    if (!occluded) return judge(ray, truth, kNoPrim);
+    // Hits at the ends of the ray may be some ulp beyond them, or within.
+    Ray near = ray;
+    for (int i = 0; i < kCloseUlps; ++i) {
+        near.tfar = std::nextafter(near.tfar, occluded ? INFINITY : 0.0f);
+        near.tnear = std::nextafter(near.tnear, occluded ? 0.0f : INFINITY);
+    }
+    const Truth near_truth = closest(near);
+    if (occluded == near_truth.hit()) return Verdict::kClose;
+    if (!occluded) return judge(near, near_truth, kNoPrim);
     // The widest margin that any triangle can have.
     const double most = 4 * kDisplacement * (largest_of(*bvh_) + largest_magnitude(ray.org));
-    for (const std::uint32_t id : find_candidates(ray, most))
-        if (seen_nearby(ray, truth, id)) return Verdict::kDisplaced;
+    for (const std::uint32_t id : find_candidates(near, most))
+        if (seen_nearby(near, near_truth, id)) return Verdict::kDisplaced;
     return Verdict::kFalseHit;
 }
 

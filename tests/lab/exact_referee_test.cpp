@@ -95,7 +95,11 @@ TEST(ExactReferee, JudgesOcclusion) {
     EXPECT_EQ(verdict({7, 0, 0}, true), Verdict::kFalseHit);
     // The boundary edge, where either answer will do.
     EXPECT_EQ(verdict({4, 1, 0}, false), Verdict::kDisplaced);
-    // A range that ends before the first square.
+    // A range that ends at the first square, to some ulp, and one before it.
+    const float t =
+        static_cast<float>(court.truth(scene_ray(court.scene, {1, -2, 0}, {0, 0, -1})).t);
+    EXPECT_EQ(verdict({1, -2, 0}, true, std::nextafter(t, 0.0f)), Verdict::kClose);
+    EXPECT_EQ(verdict({1, -2, 0}, false, std::nextafter(t, INFINITY)), Verdict::kClose);
     EXPECT_EQ(verdict({1, -2, 0}, false, 1), Verdict::kRight);
     EXPECT_EQ(verdict({1, -2, 0}, true, 1), Verdict::kFalseHit);
 }
