@@ -269,8 +269,8 @@ std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, Trace
 
 /// Removes shadows that only the flatness of triangles makes. A sample in shadow whose smooth
 /// normal faces the light is traced again from the smooth surface above it (smooth_surface() of
-/// common/interop/shading.h). It is in the light if nothing lies between the light and that point, nor
-/// between that point and the triangle. `samples` have normal_ids. Returns the number of rays.
+/// common/interop/shading.h). It is in the light if nothing lies between the light and that point,
+/// nor between that point and the triangle. `samples` have normal_ids. Returns the number of rays.
 std::uint64_t light_smooth_surfaces(SceneImpl& scene, const mray::Watch& watch,
                                     const mray::cpu::LitSamples& samples,
                                     std::span<std::uint32_t> shadows) {
