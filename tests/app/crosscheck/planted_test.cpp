@@ -64,8 +64,8 @@ Json planted_run(int frames, int first_wrong, std::uint32_t side,
             for (const auto rays :
                  {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
                 const bool differs = *backend == 'v' && frame >= first_wrong;
-                add_images(scene, options, {{backend, "", "cpu"}, number, rays, "brute"},
-                           expected, differs ? wrong : expected);
+                add_images(scene, options, {{backend, "", "cpu"}, number, rays, "brute"}, expected,
+                           differs ? wrong : expected);
             }
         }
         add_trees(scene, number, 5, 5);
@@ -242,8 +242,8 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     Json report = empty_report(options);
     Json& scene = report["scenes"][0];
     scene["frames"].push_back(3.0);
-    add_images(scene, options, {{"vulkan", "", "cpu"}, 6.5, morphray::Rays::ao, "brute"},
-               expected, doctored);
+    add_images(scene, options, {{"vulkan", "", "cpu"}, 6.5, morphray::Rays::ao, "brute"}, expected,
+               doctored);
     EXPECT_EQ(scene["equal"], false);
     EXPECT_EQ(scene["rows"][0]["differences"]["total"], 1);
     EXPECT_NE(scene["rows"][0]["hits_hash"], scene["rows"][0]["expected_hits_hash"]);
