@@ -99,7 +99,8 @@ public:
     /// tree over the same triangles at the current positions.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
-    /// When the watch of watch_images() cancels it, the frame has any pixels.
+    /// Throws Error(kCancelled) soon after the watch of watch_images() asks for it; the frame then
+    /// has any pixels.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
     void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Answers rays. A small batch is traced in the calling thread, if threads may call.

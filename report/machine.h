@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace mray {
 
@@ -20,11 +21,15 @@ inline std::string cpu_info(const std::string& key) {
     return {};
 }
 
-/// The processor's name, family and model, and how many cores: names do not tell generations apart.
+/// The processor's name, family and model, as far as the system tells them, and how many cores:
+/// names do not tell generations apart.
 inline std::string machine_name() {
-    return fmt::format("{}, family {}, model {}, {} cores", cpu_info("model name"),
-                       cpu_info("cpu family"), cpu_info("model"),
-                       std::thread::hardware_concurrency());
+    std::string text;
+    for (const auto& [key, before] :
+         {std::pair{"model name", ""}, {"cpu family", "family "}, {"model", "model "}})
+        if (const std::string value = cpu_info(key); !value.empty())
+            text += fmt::format("{}{}, ", before, value);
+    return fmt::format("{}{} cores", text, std::thread::hardware_concurrency());
 }
 
 }  // namespace mray

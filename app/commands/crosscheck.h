@@ -1,4 +1,4 @@
-// What `crosscheck` compares of queries, and with what.
+// The queries that `crosscheck` compares, and their references.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace mray::app {
 
-/// Whether brute force takes at most 2e9 ray-triangle tests a frame.
+/// True if brute force takes at most 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(double triangles, const morphray::View& view, morphray::Rays rays);
 
 /// Rays and points in scene space, as many of the one as of the other.

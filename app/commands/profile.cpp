@@ -50,8 +50,8 @@ std::string environment_text(const Json& report) {
     return fmt::format("{}; morphray {}", text, environment["version"].get<std::string>());
 }
 
-/// The cells of every row of a CSV file that say where it was measured.
-const std::vector<std::string> kEnvironmentColumns = {"machine", "device", "version"};
+constexpr const char* kEnvironmentColumns[] = {"machine", "device", "version"};
+/// Adds the cells of a CSV row that say where it was measured.
 void add_environment(std::vector<std::string>& row, const Json& report,
                      const std::string& backend) {
     const Json& environment = report["environment"];
@@ -113,7 +113,8 @@ void compare(std::span<PolicyRun> runs) {
         if (least > 0) run.regret = run.total_ms / least - 1;
 }
 
-/// Makes one row of policies that took the same steps in every round, on one backend.
+/// Makes one row of policies that took the same steps in every round, on one backend: with the
+/// times of the first.
 void merge_equal(std::vector<PolicyRun>& runs, std::size_t first) {
     const auto steps_of = [](const PolicyRun& run) {
         std::vector<morphray::Step> steps;
@@ -129,7 +130,6 @@ void merge_equal(std::vector<PolicyRun>& runs, std::size_t first) {
                 continue;
             }
             runs[i].policy += ", " + runs[k].policy;
-            std::ranges::move(runs[k].rounds, std::back_inserter(runs[i].rounds));
             runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(k));
         }
     }
@@ -180,7 +180,6 @@ Json policy_json(const PolicyRun& run) {
             {"median_frame_ms", median(costs)},
             {"worst_frame_ms", std::ranges::max(costs)},
             {"regret", run.regret},
-            {"rounds", run.rounds.size()},
             // The trees built after the first.
             {"rebuilds", std::ranges::count_if(run.frames, is_build)},
             {"total", {{"least_ms", run.least_ms}, {"most_ms", run.most_ms}}},
@@ -195,7 +194,7 @@ Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
         "refit ms",       "decide ms",      "restructure ms", "rebuild ms",      "trace ms",
         "cost ratio",     "hits hash",      "reason",         "median trace ms", "lower trace ms",
         "upper trace ms", "median cost ms", "lower cost ms",  "upper cost ms",   "rounds"};
-    header.insert(header.end(), kEnvironmentColumns.begin(), kEnvironmentColumns.end());
+    header.insert(header.end(), std::begin(kEnvironmentColumns), std::end(kEnvironmentColumns));
     Table table(std::move(header));
     for (const PolicyRun& run : runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
@@ -228,7 +227,7 @@ Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
                                             fixed_ms(cost.median),
                                             fixed_ms(cost.lower),
                                             fixed_ms(cost.upper),
-                                            std::to_string(run.rounds.size())};
+                                            report["repeat"].dump()};
             add_environment(row, report, run.backend);
             table.add(std::move(row));
         }
@@ -236,8 +235,8 @@ Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
     return table;
 }
 
-/// What was found on one backend; `rows` are its policies.
-std::string finding_of(const std::vector<Json>& rows) {
+/// Says which of the policies on one backend was the quickest, by ascending total.
+std::string finding_of(const std::vector<Json>& rows, int rounds) {
     const auto text_of_row = [](const Json& row) {
         return fmt::format("{} {:.2f} ms", row["policy"].get<std::string>(),
                            row["total_ms"].get<double>());
@@ -248,31 +247,34 @@ std::string finding_of(const std::vector<Json>& rows) {
         return fmt::format("{} on {}{}", text_of_row(rows[0]), backend,
                            merged ? ", by the same steps" : "");
     }
-    const Json& best = rows[0];
-    const Json& second = rows[1];
-    const auto range_of = [](const Json& row) {
-        return row["total"]["most_ms"].get<double>() - row["total"]["least_ms"].get<double>();
-    };
-    if (best["rounds"] < kEnoughRounds || second["rounds"] < kEnoughRounds)
+    if (rounds < kEnoughRounds)
         return fmt::format("too few rounds to name the quickest on {}: {}, {}", backend,
-                           text_of_row(best), text_of_row(second));
-    if (best["total"]["most_ms"] < second["total"]["least_ms"])
-        return fmt::format("quickest on {}: {}, then {}", backend, text_of_row(best),
-                           text_of_row(second));
+                           text_of_row(rows[0]), text_of_row(rows[1]));
+    const auto range = [](const Json& row) -> const Json& { return row["total"]; };
+    // The first whose range of rounds meets that of the best.
+    const auto rival = std::find_if(rows.begin() + 1, rows.end(), [&](const Json& row) {
+        return range(row)["least_ms"] <= range(rows[0])["most_ms"];
+    });
+    if (rival == rows.end())
+        return fmt::format("quickest on {}: {}, then {}", backend, text_of_row(rows[0]),
+                           text_of_row(rows[1]));
+    const auto spread = [&](const Json& row) {
+        return range(row)["most_ms"].get<double>() - range(row)["least_ms"].get<double>();
+    };
     return fmt::format("no difference found on {}: {} against {}, spread {:.2f} ms", backend,
-                       text_of_row(best), text_of_row(second),
-                       std::max(range_of(best), range_of(second)));
+                       text_of_row(rows[0]), text_of_row(*rival),
+                       std::max(spread(rows[0]), spread(*rival)));
 }
 
-/// A policy is the quickest if all its rounds took less than all those of the next.
-std::string policies_sentence(const Json& policies) {
+/// A policy is the quickest if all its rounds took less than all those of every other.
+std::string policies_sentence(const Json& report) {
     std::map<std::string, std::vector<Json>> backends;
-    for (const Json& row : policies) backends[row["backend"]].push_back(row);
+    for (const Json& row : report["policies"]) backends[row["backend"]].push_back(row);
     std::vector<std::string> findings;
     for (auto& [backend, rows] : backends) {
         std::ranges::stable_sort(rows, {},
                                  [](const Json& row) { return row["total_ms"].get<double>(); });
-        findings.push_back(finding_of(rows));
+        findings.push_back(finding_of(rows, report["repeat"]));
     }
     return fmt::format("{}", fmt::join(findings, "; "));
 }
@@ -293,7 +295,7 @@ std::string summary_of(const Json& report) {
     return fmt::format(
         "{}\n\n{}\n\ntimes in ms of {} round{}; total, least, most: of the rounds, the median\n"
         "first; median, worst: of a frame; regret: beyond the least total, in %\n{}",
-        wrapped(policies_sentence(report["policies"])), wrapped(environment_text(report)), repeat,
+        wrapped(policies_sentence(report)), wrapped(environment_text(report)), repeat,
         repeat == 1 ? "" : "s", table.text());
 }
 
@@ -327,7 +329,7 @@ std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs
                           const std::string& file) {
     const auto text = [&](const char* key) { return report[key].dump(); };
     const plot::Figure figure{
-        .title = policies_sentence(report["policies"]),
+        .title = policies_sentence(report),
         .footer = fmt::format("{}, {} triangles, {}x{} pixels, {} rays; medians of {} rounds, "
                               "bands between quartiles; "
                               "{}",
@@ -341,7 +343,6 @@ std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs
 
 /// morphray profile --policies: compares update policies over an animation.
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
-    check_reports({options.json, options.csv, options.plot});
     if (!options.plot.empty()) {
         const std::string name = lower_case(options.plot);
         if (!name.ends_with(".svg") && !name.ends_with(".png"))
@@ -353,6 +354,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
                         kEnoughRounds, kEnoughRounds);
         plot::require_gnuplot("--plot");
     }
+    check_reports({options.json, options.csv, options.plot});
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kAll);
@@ -559,7 +561,7 @@ Table table_of(const Json& report, const Json& rows, bool is_csv) {
         header[7] = "spread of trace [%]";
         header[9] = "SAH ratio";
         header.emplace_back("runs");
-        header.insert(header.end(), kEnvironmentColumns.begin(), kEnvironmentColumns.end());
+        header.insert(header.end(), std::begin(kEnvironmentColumns), std::end(kEnvironmentColumns));
     }
     Table table(std::move(header));
     for (const Json& row : rows) {

@@ -23,7 +23,7 @@ struct FrameTask {
     std::string file;
 };
 
-/// Whether --out names one image instead of a folder.
+/// True if --out names one image, not a folder.
 bool renders_one_image(const RenderOptions& options) {
     // A name that cannot be looked up is no folder; writing it says what is wrong.
     std::error_code error;

@@ -32,12 +32,6 @@ class Window {
 public:
     /// Throws Error(kUnavailable) without a display or without OpenGL 2.1.
     Window(const std::string& title, int width, int height) {
-#ifdef GLFW_PLATFORM
-        // On Wayland a window has no frame without a plugin of libdecor, and glfwTerminate()
-        // crashes.
-        if (std::getenv("DISPLAY") != nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
-#endif
-        if (glfwInit() != GLFW_TRUE) fail("no display can be opened");
         glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 2);
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 1);
         glfwWindowHint(GLFW_DEPTH_BITS, 0);
@@ -82,7 +76,6 @@ public:
         ImGui_ImplGlfw_Shutdown();
         ImGui::DestroyContext();
         glfwDestroyWindow(window_);
-        glfwTerminate();
     }
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
@@ -158,6 +151,20 @@ public:
     }
 
 private:
+    /// GLFW, which ends with the window, or where none can be opened.
+    struct Library {
+        Library() {
+#ifdef GLFW_PLATFORM
+            // On Wayland a window has no frame without a plugin of libdecor, and glfwTerminate()
+            // crashes.
+            if (std::getenv("DISPLAY") != nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
+            if (glfwInit() != GLFW_TRUE) fail("no display can be opened");
+        }
+        ~Library() { glfwTerminate(); }
+    };
+
+    Library library_;
     void draw_image(float width) const {
         const float height = this->height();
         glEnable(GL_TEXTURE_2D);
@@ -471,7 +478,9 @@ private:
         draw_tree(state_);
         ImGui::Separator();
         ImGui::PushTextWrapPos();
-        const std::string facts = image_ ? figures(*image_) + image_->scale + '\n' + message_
+        const std::string scale =
+            image_ && !image_->scale.empty() ? image_->scale + '\n' : std::string();
+        const std::string facts = image_ ? figures(*image_) + scale + message_
                                          : fmt::format("building the tree, {} triangles",
                                                        animation_->topology().triangles.size());
         ImGui::TextUnformatted(facts.c_str());

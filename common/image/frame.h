@@ -21,7 +21,7 @@ struct Frame {
     AlignedVector<Hit> hits;
     AlignedVector<std::uint32_t> occlusion, pixels;
     // Set by the caller.
-    /// Whether a backend fills `pixels`; else they are empty.
+    /// True if a backend fills `pixels`; otherwise they stay empty.
     bool with_pixels = true;
     /// If it is false, a device leaves `hits` and `occlusion` empty and saves a copy.
     bool with_hits = true;

@@ -143,8 +143,8 @@ EdgeCounts count_edges(const Topology& topology, std::span<const vec3> positions
     const auto ends_of = [](const DirectedEdge& e) { return std::pair(e.lower, e.upper); };
     std::ranges::sort(edges, {}, ends_of);
     for (auto first = edges.begin(); first != edges.end();) {
-        const auto last =
-            std::ranges::upper_bound(first, edges.end(), ends_of(*first), {}, ends_of);
+        const auto last = std::find_if(
+            first, edges.end(), [&](const auto& e) { return ends_of(e) != ends_of(*first); });
         const auto triangles = last - first;
         const auto upward = std::count_if(first, last, [](const auto& e) { return e.is_upward; });
         const bool is_uneven = 2 * upward != triangles;

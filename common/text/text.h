@@ -28,7 +28,7 @@ inline std::string_view trimmed(std::string_view text, std::string_view blanks) 
     return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// Changes A to Z alone.
+/// A to Z in lower case; other bytes stay as they are.
 constexpr char lower_case(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -25,7 +25,8 @@ public:
     std::uint32_t block_count() const { return static_cast<std::uint32_t>(moved_.size()); }
 
     /// Takes the next pose; vertices outside of `changed` (ascending ranges) are the same and not
-    /// read. Returns the number of blocks that moved: with a vertex that differs in any bit.
+    /// read. Returns the number of blocks that moved: with a vertex that differs in any bit. Runs
+    /// in the calling thread's arena.
     std::uint32_t advance(std::span<const vec3> positions,
                           std::span<const IndexRange> changed = kAllIndices);
     /// The blocks that moved in the last advance(), ascending.

@@ -37,7 +37,8 @@ struct TopologyChange {
 /// has moved, a refit has to follow. Writes `areas`, too, which are relative to those positions.
 ///
 /// Returns false if a build would not cost much more, or if the tree would become too deep; then
-/// the tree is of no use any more. O(n) in leaves and vertices, with a build over what changed.
+/// the tree is of no use any more. Runs in the calling thread's arena. O(n) in leaves and vertices,
+/// with a build over what changed.
 bool replace_triangles(const Topology& topology, std::span<const vec3> positions,
                        const TopologyChange& change, Bvh& bvh, BuiltAreas& areas);
 

@@ -56,7 +56,7 @@ TreeParts take_apart(const Bvh& bvh, IsSound is_sound) {
 
 /// Builds new levels, with new leaves, over the triangles `loose` and the subtrees of `parts`.
 /// Returns the number of both. Returns 0, and changes nothing, if there are fewer than two or the
-/// tree would become deeper than kMaxDepth.
+/// tree would become deeper than kMaxDepth. Runs in the calling thread's arena.
 std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
                         const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
                         Bvh& bvh, BuiltAreas& areas);
@@ -65,7 +65,7 @@ std::size_t build_above(const Topology& topology, std::span<const vec3> position
 /// kSoundGrowth (beyond `growth`, that of the triangles themselves), and the triangles of all other
 /// leaves: those with triangles of several bodies grow, with the nodes above them. If they have
 /// more than `most` of all triangles, only the leaves that have grown most are taken, so that a
-/// long restructuring can be done in slices.
+/// long restructuring can be done in slices. Runs in the calling thread's arena.
 ///
 /// The boxes and vertices of the tree must be those of the pose. Writes nodes, parents, levels, new
 /// leaves (in the places of removed ones, or at the end) and `areas`. Afterwards nodes are in

@@ -100,7 +100,8 @@ public:
     ~TreeUpdater() { end_background_build(); }
 
     /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
-    /// those of the last pose. Throws Error(kBadInput) for another number of vertices.
+    /// those of the last pose. Changes nothing and throws Error(kBadInput) for another number
+    /// of vertices.
     const TreeUpdate& update(std::span<const vec3> positions,
                              std::span<const IndexRange> changed = kAllIndices);
     /// Ends a build in the background, after which the topology may be changed.

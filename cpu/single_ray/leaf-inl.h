@@ -188,16 +188,14 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
 // 2. n / s is within 2 bound R / s of zbar. The fast path is off by 2 B R / S, where step 5 makes B
 //    at most 1.27 bound and S at least s - 3 bound - 3 B. kBeyondBound covers both.
 // 3. kBeyondDepth X = 128 e X covers the rest, 119 e X, without step 6, which makes hits fewer.
-// 4. No n / s is more than 4 X: beyond is capped there, and kHugeReciprocal for origins farther
-// than
+// 4. No n / s is more than 4 X: beyond is capped there, and kHugeReciprocal for origins beyond
 //    kCertainOrigin.
 //
 // Behind the origin (may_be_ahead; lab/proofs/near.g). Names as above.
 // 1. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
 //    positive. As |E - |e|| <= bound, it is at most n + 3 bound Z.
-// 2. n as computed is off by at most 3 e s Z, and below 2^127 for vertices within kSceneExtent. So
-// a
-//    ray misses if n + Z (kBehindError s + 4 bound) is negative.
+// 2. n as computed is off by at most 3 e s Z, and below 2^127 for vertices within kSceneExtent.
+//    So a ray misses if n + Z (kBehindError s + 4 bound) is negative.
 // 3. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
 //    the product with Z in step 2. kBehindError s does not matter to a bound of at least 2^-97;
 //    kBehindUnderflow is added for the others.
@@ -474,9 +472,8 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
 // ---- Closest hits of many rays
 //
 // The leaf's vertices are projected once for a vector of rays, by the rule's fast path. A triangle
-// is skipped by the edge functions of the rule and one bound for the leaf, with 3 times the largest
-// |x|
-// + |y| of its vertices in place of a triangle's sum, and most_depth() in place of the largest |z|.
+// is skipped by the edge functions of the rule and one bound for the leaf. It has 3 times the
+// largest |x| + |y| of its vertices for a triangle's sum, and most_depth() for the largest |z|.
 // Each operation of edge_bound is monotone, so this bound is not below a triangle's own.
 
 /// The vertices of a leaf as rays see them, and a bound of the edge functions of all its triangles.

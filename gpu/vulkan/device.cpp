@@ -84,7 +84,8 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
             "library that it names missing (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for "
             "example mesa-vulkan-drivers, or see VK_DRIVER_FILES and VK_ICD_FILENAMES");
     }
-    if (result == VK_ERROR_LAYER_NOT_PRESENT || result == VK_ERROR_EXTENSION_NOT_PRESENT) {
+    if (info.enabledLayerCount > 0 &&
+        (result == VK_ERROR_LAYER_NOT_PRESENT || result == VK_ERROR_EXTENSION_NOT_PRESENT)) {
         throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
                           " is not installed; install vulkan-validationlayers");
     }

@@ -97,11 +97,12 @@ std::unique_ptr<const MemoryRange> MemoryBlocks::take(VkDevice device, const std
                                                       const VkMemoryRequirements& needs,
                                                       std::uint32_t type, bool is_mapped) {
     const auto take_from = [&](std::shared_ptr<MemoryBlock> block) {
-        const VkDeviceSize offset = block->take(needs.size, needs.alignment);
-        return std::unique_ptr<const MemoryRange>(
-            offset == MemoryBlock::kNoSpace
-                ? nullptr
-                : new MemoryRange{std::move(block), offset, needs.size});
+        auto range = std::make_unique<MemoryRange>(nullptr, VkDeviceSize{0}, needs.size);
+        range->offset = block->take(needs.size, needs.alignment);
+        if (range->offset == MemoryBlock::kNoSpace) return std::unique_ptr<const MemoryRange>();
+        // From here on the range gives the bytes back.
+        range->block = std::move(block);
+        return std::unique_ptr<const MemoryRange>(std::move(range));
     };
     if (needs.size > kSmallBytes)
         return take_from(std::make_shared<MemoryBlock>(device, name, needs.size, type, is_mapped));

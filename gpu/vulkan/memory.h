@@ -50,11 +50,16 @@ private:
 
 /// Bytes of a block, which it gives back at its end.
 struct MemoryRange {
+    MemoryRange(std::shared_ptr<MemoryBlock> of, VkDeviceSize begin, VkDeviceSize bytes)
+        : block(std::move(of)), offset(begin), size(bytes) {}
+    ~MemoryRange() {
+        if (block != nullptr) block->give_back(offset, size);
+    }
+    MemoryRange(const MemoryRange&) = delete;
+
     std::shared_ptr<MemoryBlock> block;
     VkDeviceSize offset;
     VkDeviceSize size;
-
-    ~MemoryRange() { block->give_back(offset, size); }
 };
 
 /// Small buffers share a block, since some devices allow 4,096 allocations. Threads may share it.
@@ -98,6 +103,7 @@ public:
     std::span<std::byte> mapped() const { return mapped_; }
 
 private:
+    /// An assignment may free it before the buffer, which is then only destroyed, as Vulkan allows.
     std::unique_ptr<const MemoryRange> memory_;
     UniqueBuffer buffer_;
     VkDeviceSize size_ = 0;

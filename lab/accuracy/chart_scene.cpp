@@ -143,8 +143,7 @@ vec3 aimed_direction(const Grid& grid, double x, double y, const std::array<dvec
 Grid make_grid(const ChartScene& scene, Random& random, std::size_t number) {
     constexpr std::array kReach = {0.02, 1.0, 3.0, 0.3};
     const std::vector<vec3>& positions = scene.scene_space.positions;
-    const std::vector<uvec3>& triangles = scene.topology.triangles;
-    const uvec3 t = triangles[random.below(triangles.size())];
+    const uvec3 t = scene.targets[random.below(scene.targets.size())];
     const dvec3 target =
         (dvec3(positions[t.x]) + dvec3(positions[t.y]) + dvec3(positions[t.z])) / 3.0;
     const double reach = kReach[number % 4] * kSceneExtent;
@@ -207,7 +206,7 @@ RaySet rays_in_any_order(const ChartScene& scene, std::size_t chunk, std::size_t
     // One ray in this many runs along an axis.
     constexpr std::size_t kAlongAxis = 8;
     for (std::size_t i = 0; i < count; ++i) {
-        const uvec3 t = scene.topology.triangles[random.below(scene.topology.triangles.size())];
+        const uvec3 t = scene.targets[random.below(scene.targets.size())];
         const std::array<vec3, 3> corner{positions[t.x], positions[t.y], positions[t.z]};
         // A corner, a point of an edge, a point of the triangle.
         const double u = i % 3 == 0 ? 0 : random.real(0, 1);
@@ -235,7 +234,7 @@ RaySet rays_in_any_order(const ChartScene& scene, std::size_t chunk, std::size_t
             way[axis] = target[axis] < org[axis] ? -1.0f : 1.0f;
         }
         const vec3 dir = canonical_direction(way);
-        if (dir == vec3(0, 0, 0) || !is_finite_vertex(target)) continue;
+        if (dir == vec3(0, 0, 0)) continue;
         set.rays.push_back({org, 0, dir, kInfiniteT});
         if (set.rays.size() % (kTileSize * kTileSize) == 0) set.close_tile({});
     }
@@ -371,28 +370,40 @@ ChartInput detail() {
 
 }  // namespace
 
+WorldBounds chart_bounds(const Topology& topology, std::span<const vec3> positions) {
+    const PoseExtent pose(positions, used_vertices(topology));
+    return pose.bounds(pose.limit());
+}
+
 ChartScene make_chart_scene(const Topology& topology, std::span<const vec3> positions,
                             const WorldBounds& bounds) {
     ChartScene scene;
     scene.topology = topology;
     scene.world_space.positions.assign(positions.begin(), positions.end());
     scene.bounds = bounds;
-    scene.space = SceneSpace(bounds);
+    scene.space = space_of_pose(bounds, PoseExtent(positions, used_vertices(topology)));
     scene.scene_space.positions.resize(positions.size());
     scene.space.to_scene(positions, scene.scene_space.positions);
+    for (const uvec3& t : topology.triangles) {
+        const auto keeps = [&](std::uint32_t vertex) {
+            return scene.space.keeps(positions[vertex]);
+        };
+        if (keeps(t.x) && keeps(t.y) && keeps(t.z)) scene.targets.push_back(t);
+    }
     scene.scene_space.bvh = build_bvh(scene.topology, scene.scene_space.positions);
     scene.world_space.bvh = tree_around(scene.scene_space.bvh, scene.world_space.positions);
     return scene;
 }
 
 ChartScene make_chart_scene(const ChartInput& input) {
-    return make_chart_scene(input.topology, input.positions, bounds_of(input.positions));
+    return make_chart_scene(input.topology, input.positions,
+                            chart_bounds(input.topology, input.positions));
 }
 
 RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk,
                        std::size_t count) {
     const std::size_t tiles = std::max<std::size_t>(1, count / (kTileSize * kTileSize));
-    if (scene.topology.triangles.empty()) return {};
+    if (scene.targets.empty()) return {};
     if (kind == RayKind::kDiffuse) return rays_in_any_order(scene, chunk, count);
     if (kind == RayKind::kAimed) return aimed_tiles(scene, chunk, tiles);
     const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(tiles))) * kTileSize;

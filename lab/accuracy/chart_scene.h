@@ -33,16 +33,20 @@ struct ChartInput {
 /// are the same in both.
 struct ChartScene {
     Topology topology;
+    /// Triangles whose vertices are all finite and not left out.
+    std::vector<uvec3> targets;
     WorldBounds bounds;
     SceneSpace space{WorldBounds{}};
     ChartSpace scene_space;
     ChartSpace world_space;
 };
 
-/// `bounds` holds the positions. Throws what the builder throws.
+/// The bounds of a frame without vertices that are left out (PoseExtent).
+WorldBounds chart_bounds(const Topology& topology, std::span<const vec3> positions);
+/// A frame of an animation with these bounds. Throws what the builder throws.
 ChartScene make_chart_scene(const Topology& topology, std::span<const vec3> positions,
                             const WorldBounds& bounds);
-/// Of the middle frame.
+/// The middle frame.
 ChartScene make_chart_scene(const ChartInput& input);
 
 /// Field of view in degrees, narrow enough for most pixels to show the scene.
@@ -56,7 +60,7 @@ inline constexpr double kChartFov = 20;
 ///   kShadow   from the light to what the camera sees
 ///   kDiffuse  in any order: at vertices, points of edges and of faces, from anywhere; one in eight
 ///             along an axis
-/// Throws what the camera throws.
+/// None for a scene without a target. Throws what the camera throws.
 RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk, std::size_t count);
 
 /// The same rays in world space, exactly.

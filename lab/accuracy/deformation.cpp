@@ -146,7 +146,8 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
     std::vector<std::unique_ptr<Updated>> methods;
     std::vector<std::vector<FrameScore>> scores;
     WorldBounds bounds;
-    for (const std::vector<vec3>& frame : input.frames) bounds.extend(bounds_of(frame));
+    for (const std::vector<vec3>& frame : input.frames)
+        bounds.extend(chart_bounds(input.topology, frame));
     for (const std::vector<vec3>& frame : input.frames) {
         const ChartScene scene = make_chart_scene(input.topology, frame, bounds);
         if (methods.empty()) {

@@ -40,7 +40,7 @@ struct CommittedMesh {
     Ref<Geometry> geometry;
     /// Null if the mesh is attached to the scene itself.
     Ref<Geometry> instance;
-    /// Those of mesh and instance at the last commit.
+    /// The versions of mesh and instance at the last commit.
     std::array<GeometryVersion, 2> versions = {};
     unsigned int geom_id = kInvalid;
     unsigned int inst_id = kInvalid;

@@ -267,7 +267,7 @@ struct Batch {
         rays.resize(count);
         hits.resize(count);
         occluded.resize(count);
-        // If memory does not suffice, the next call tries again.
+        // The last one: its size tells that all have grown.
         active.resize(count);
     }
 };

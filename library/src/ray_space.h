@@ -41,7 +41,7 @@ inline constexpr int kFarRay = 1 << 16;
 inline bool is_far(int t_exponent) { return t_exponent >= kFarRay / 2; }
 
 /// Gives rays the bits of mray::to_scene(). t in world space is t in scene space times
-/// 2^t_exponent, and more for far rays.
+/// 2^t_exponent, and more for far rays. Threads may use one at the same time.
 class RaySpace {
 public:
     RaySpace(const mray::SceneSpace& space, const mray::SimdTarget& target);

@@ -107,36 +107,7 @@ std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
 
 constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
 
-/// A type of components, whose values are all exact in a double.
-struct Component {
-    /// Its number in the file.
-    std::uint64_t id;
-    std::size_t size;
-    bool is_float, is_unsigned;
-    /// What normalized integers are divided by.
-    float most;
-    double (*value)(const char* bytes);
-};
-
-template <class T>
-constexpr Component component_with(std::uint64_t id) {
-    constexpr auto kValue = [](const char* bytes) {
-        T value;
-        std::memcpy(&value, bytes, sizeof value);
-        return static_cast<double>(value);
-    };
-    return {id,
-            sizeof(T),
-            std::is_floating_point_v<T>,
-            std::is_unsigned_v<T>,
-            static_cast<float>(std::numeric_limits<T>::max()),
-            kValue};
-}
-
-constexpr Component kComponents[] = {
-    component_with<std::int8_t>(5120),   component_with<std::uint8_t>(5121),
-    component_with<std::int16_t>(5122),  component_with<std::uint16_t>(5123),
-    component_with<std::uint32_t>(5125), component_with<float>(5126)};
+struct Component;
 
 /// A part of a buffer view. Empty bytes stand for zeros.
 struct PackedArray {
@@ -144,6 +115,53 @@ struct PackedArray {
     std::size_t stride = 0;
     const Component* component = nullptr;
 };
+
+template <class Number>
+using ReadArray = void (*)(const PackedArray& array, std::size_t width, bool normalized,
+                           std::vector<Number>& out);
+
+/// A type of components, and how arrays of it are read.
+struct Component {
+    /// Its number in the file.
+    std::uint64_t id;
+    std::size_t size;
+    bool is_float, is_unsigned;
+    ReadArray<float> read_floats;
+    ReadArray<std::uint32_t> read_indices;
+};
+
+template <class T, class Number>
+void read_array(const PackedArray& array, std::size_t width, bool normalized,
+                std::vector<Number>& out) {
+    for (std::size_t i = 0; i * width < out.size(); ++i) {
+        const char* const element = array.bytes.data() + i * array.stride;
+        for (std::size_t k = 0; k < width; ++k) {
+            T value;
+            std::memcpy(&value, element + k * sizeof value, sizeof value);
+            Number& number = out[i * width + k];
+            number = static_cast<Number>(value);
+            if constexpr (std::is_same_v<Number, float> && std::is_integral_v<T>)
+                if (normalized)
+                    number =
+                        std::max(number / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
+        }
+    }
+}
+
+template <class T>
+constexpr Component component_with(std::uint64_t id) {
+    return {id,
+            sizeof(T),
+            std::is_floating_point_v<T>,
+            std::is_unsigned_v<T>,
+            read_array<T, float>,
+            read_array<T, std::uint32_t>};
+}
+
+constexpr Component kComponents[] = {
+    component_with<std::int8_t>(5120),   component_with<std::uint8_t>(5121),
+    component_with<std::int16_t>(5122),  component_with<std::uint16_t>(5123),
+    component_with<std::uint32_t>(5125), component_with<float>(5126)};
 
 /// An accessor whose members have been checked against each other, its buffer view and its buffer.
 struct Accessor {
@@ -174,19 +192,12 @@ std::size_t width_of(const JsonAt& at) {
     at.fail("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4", quote(at.text()));
 }
 
-template <class Number>
-void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<Number>& out) {
-    const Component& component = *array.component;
-    for (std::size_t i = 0; i * width < out.size(); ++i) {
-        const char* const element = array.bytes.data() + i * array.stride;
-        for (std::size_t k = 0; k < width; ++k) {
-            Number& number = out[i * width + k];
-            number = static_cast<Number>(component.value(element + k * component.size));
-            if constexpr (std::is_same_v<Number, float>)
-                if (normalized && !component.is_float)
-                    number = std::max(number / component.most, -1.0f);
-        }
-    }
+void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<float>& out) {
+    array.component->read_floats(array, width, normalized, out);
+}
+void read(const PackedArray& array, std::size_t width, bool normalized,
+          std::vector<std::uint32_t>& out) {
+    array.component->read_indices(array, width, normalized, out);
 }
 
 /// The elements of the buffer view that `owner` refers to.

@@ -14,6 +14,7 @@
 
 namespace mray {
 
+/// Finds members of an object in logarithmic time, for input that may have any number of them.
 using JsonTree = nlohmann::json;
 
 /// Parses the JSON text of a file, whose name in messages is `file`. Throws Error(kBadInput) with
@@ -38,7 +39,7 @@ public:
 
     bool is_text() const { return value_.is_string(); }
 
-    /// A member of an object.
+    /// A member of an object; nothing if it is not there.
     std::optional<JsonAt> find(const std::string& key) const;
     /// A member that has to be there.
     JsonAt at(const std::string& key) const;

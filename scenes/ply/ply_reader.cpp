@@ -24,7 +24,7 @@ enum class PlyEncoding { kText, kLittleEndian, kBigEndian };
 
 /// A type of numbers, all of which are exact in a double.
 struct PlyType {
-    /// That of the format's author, and another that many programs write.
+    /// The name that the format's author gives, and one that many programs write.
     std::array<std::string_view, 2> names;
     std::size_t size;
     bool is_integer;

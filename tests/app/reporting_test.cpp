@@ -151,9 +151,8 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
         std::set<std::string> keys;
         for (const auto& [key, value] : policy.items()) keys.insert(key);
         EXPECT_EQ(keys, (std::set<std::string>{"policy", "backend", "total_ms", "median_frame_ms",
-                                               "worst_frame_ms", "regret", "rounds", "rebuilds",
-                                               "total", "hits_hashes"}));
-        EXPECT_EQ(policy["rounds"], 5);
+                                               "worst_frame_ms", "regret", "rebuilds", "total",
+                                               "hits_hashes"}));
         EXPECT_GT(policy["total"]["least_ms"], 0);
         EXPECT_LE(policy["total"]["least_ms"], policy["total_ms"]);
         EXPECT_GE(policy["total"]["most_ms"], policy["total_ms"]);
@@ -183,12 +182,15 @@ TEST(ProfilePolicies, TextHasTheFiguresOfAllRoundsAndCsvEveryFrame) {
     for (std::size_t i = 0; i < std::size(rows); ++i)
         EXPECT_TRUE(text[text.size() - 3 + i].starts_with(rows[i])) << outcome.out;
     // The headline has numbers of the table.
-    std::istringstream words_of_row(text[text.size() - 3]);
-    std::string policy, backend, total;
-    words_of_row >> policy >> backend >> total;
-    if (has(text[0], "refit ")) {
-        EXPECT_TRUE(has(text[0] + text[1], "refit " + total + " ms")) << outcome.out;
+    const std::string headline = outcome.out.substr(0, outcome.out.find("\n\n"));
+    int found = 0;
+    for (std::size_t i = text.size() - 3; i < text.size(); ++i) {
+        std::istringstream row(text[i]);
+        std::string policy, backend, total;
+        row >> policy >> backend >> total;
+        found += has(headline, policy + " " + total + " ms");
     }
+    EXPECT_EQ(found, 2) << outcome.out;
     for (const std::string& line : text) EXPECT_LE(line.size(), 80u) << line;
     EXPECT_EQ(lines(read_file(folder.file("frames.csv"))).size(), 1u + 18u);
 }
@@ -201,12 +203,12 @@ TEST(ProfilePolicies, ThatDoTheSameAreOneRow) {
     const Json policies = Json::parse(outcome.out)["policies"];
     ASSERT_EQ(policies.size(), 2u);
     EXPECT_EQ(policies[0]["policy"], "refit, every:100");
-    EXPECT_EQ(policies[0]["rounds"], 2);
     EXPECT_EQ(policies[1]["policy"], "rebuild");
 }
 
 TEST(ProfilePolicies, NameNoQuickestOfFewRounds) {
     const Outcome outcome = run(compare({"--repeat", "2"}));
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(outcome.out.starts_with("too few rounds to name the quickest on cpu: "))
         << outcome.out;
     const Outcome plotted = run(compare({"--repeat", "2", "--plot", "chart.svg"}));
@@ -231,6 +233,7 @@ TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {
 TEST(ProfilePolicies, PlotIsAnImage) {
     const TemporaryFolder folder;
     const Outcome outcome = run(compare({"--plot", folder.file("chart.svg")}));
+    if (outcome.code == 4) GTEST_SKIP() << "without gnuplot";
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(has(read_file(folder.file("chart.svg")), "<svg"));
 }

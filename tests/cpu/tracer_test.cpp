@@ -114,6 +114,24 @@ TEST(Arithmetic, RaisesNothingButInexact) {
     }
 }
 
+TEST(Arithmetic, OfImagesRaisesNothingButInexact) {
+    const TestScene scene = star(3, 5);
+    const auto scalar = cpu::make_scalar_backend({.threads = 1});
+    scalar->set_scene(scene.topology(), scene.positions(),
+                      build_bvh(scene.topology(), scene.positions()));
+    for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+        ViewSpec view;
+        view.width = view.height = 48;
+        view.rays = rays;
+        const ImageParams params =
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
+        Frame frame;
+        clear_float_flags();
+        scalar->trace_image(params, frame);
+        EXPECT_FALSE(raised_more_than_inexact()) << rays;
+    }
+}
+
 /// The image of a scene by brute force and the shared text of surfaces and colours, pixel by pixel.
 Frame reference_image(const TestScene& scene, const ImageParams& params) {
     const cpu::BruteTracer tracer(scene.topology(), scene.positions());

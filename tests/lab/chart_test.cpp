@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -30,6 +31,15 @@ ChartInput cloth() {
     std::vector<vec3> positions(animation->topology().vertex_count);
     animation->positions(12, positions);
     return {"cloth", animation->topology(), std::move(positions)};
+}
+
+/// One more triangle, which no scene space can show beside the others.
+ChartInput with_far_vertex(ChartInput input) {
+    input.name = "far vertex";
+    input.positions.emplace_back(1e30f, 0.0f, 0.0f);
+    input.topology.triangles.push_back({0, 1, input.topology.vertex_count++});
+    input.topology.albedo.push_back(kDefaultAlbedo);
+    return input;
 }
 
 const ChartContext kContext{
@@ -76,6 +86,19 @@ TEST(ChartRays, AreTheSameInBothSpaces) {
     }
 }
 
+TEST(ChartRays, AimAtTheMeshBesideAFarVertex) {
+    const ChartScene scene = make_chart_scene(with_far_vertex(cloth()));
+    EXPECT_EQ(scene.targets.size(), scene.topology.triangles.size() - 1);
+    for (const RayKind kind : kKinds) {
+        const RaySet rays = make_chart_rays(scene, kind, 0, 4096);
+        const TraceAnswers answers = trace_all(reference_tracer(scene.scene_space.bvh, rays), rays);
+        std::size_t hits = 0;
+        for (const Hit& hit : answers.hits) hits += hit.prim_id != kNoPrim;
+        for (const std::uint8_t occluded : answers.occluded) hits += occluded;
+        EXPECT_GT(hits + rays.active_count * rays.any_hit(), 400u) << name_of(kind);
+    }
+}
+
 TEST(ChartRays, OfTilesFitPacketsAndMeetVerticesAndEdges) {
     const ChartScene scene = make_chart_scene(cloth());
     const RaySet rays = make_chart_rays(scene, RayKind::kAimed, 0, 16 * 4096);
@@ -109,6 +132,7 @@ TEST(ChartRays, OfTilesFitPacketsAndMeetVerticesAndEdges) {
 TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
     std::vector<ChartInput> inputs = failure_scenes();
     inputs.push_back(cloth());
+    inputs.push_back(with_far_vertex(cloth()));
     for (const ChartInput& input : inputs) {
         // From far away one ulp of t is larger than the detail's triangles
         // (docs/guide/accuracy.md).
@@ -118,6 +142,7 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
         const auto ours = [&](const ChartRays& rays) {
             std::vector<ChartTracer> tracers = methods(rays);
             std::erase_if(tracers, [](const ChartTracer& one) { return one.family != "ours"; });
+            EXPECT_GE(tracers.size(), 4u);
             return tracers;
         };
         for (const RayKind kind : kKinds) {
@@ -150,16 +175,23 @@ TEST(Chart, SeesAPlantedMethodInItsOwnPointAlone) {
         return tracers;
     };
     for (const RayKind kind : kKinds) {
+        int planted = 0;
+        int ours = 0;
         for (const ChartPoint& point : measure(scene, with_planted, kind, kLittle, [] {})) {
             const double worst = point.score.errors[0].largest();
             if (point.method == "planted") {
+                ++planted;
                 EXPECT_GT(point.score.wrong(), 5u) << name_of(kind);
-                EXPECT_GT(worst, kind == RayKind::kShadow ? -1 : 50'000) << name_of(kind);
+                // Occlusion has no t.
+                EXPECT_EQ(worst > 50'000, kind != RayKind::kShadow) << name_of(kind);
             } else if (point.family == "ours") {
+                ++ours;
                 EXPECT_EQ(point.score.wrong(), 0u) << name_of(kind) << ' ' << point.method;
                 EXPECT_LT(worst, 5'000) << name_of(kind) << ' ' << point.method;
             }
         }
+        EXPECT_EQ(planted, 1) << name_of(kind);
+        EXPECT_GE(ours, 4) << name_of(kind);
     }
 }
 
@@ -179,17 +211,23 @@ TEST(Chart, HasARowForEachMethodAndWaysToTraceOnly) {
 TEST(Chart, SaysInItsTitleWhatItsTableHas) {
     const Chart chart = accuracy_chart(kContext, cloth(), "");
     const std::string& title = chart.figures[0].second.title;
-    std::map<std::string, std::pair<double, std::string>> fastest;
+    // By kind and verdict, with all texts of the same printed speed.
+    std::map<std::string, std::pair<double, std::vector<std::string>>> fastest;
     for (const auto& row : rows_of(chart.table)) {
-        auto& [speed, text] = fastest[row.at("kind") + (row.at("wrong") == "0" ? "" : " wrong")];
+        auto& [speed, texts] = fastest[row.at("kind") + (row.at("wrong") == "0" ? "" : " wrong")];
         const double mrays = std::stod(row.at("speed [Mray/s]"));
         if (mrays < speed) continue;
+        if (mrays > speed) texts.clear();
         speed = mrays;
-        text = row.at("method") + " (" + row.at("speed [Mray/s]") + " Mray/s, " + row.at("wrong") +
-               " of " + row.at("rays") + " wrong)";
+        texts.push_back(row.at("method") + " (" + row.at("speed [Mray/s]") + " Mray/s, " +
+                        row.at("wrong") + " of " + row.at("rays") + " wrong)");
     }
-    for (const auto& [kind, best] : fastest)
-        EXPECT_NE(title.find(best.second), std::string::npos) << kind << ": " << best.second;
+    for (const auto& [kind, best] : fastest) {
+        EXPECT_TRUE(std::ranges::any_of(
+            best.second,
+            [&](const std::string& text) { return title.find(text) != std::string::npos; }))
+            << kind << ": " << best.second.front();
+    }
 }
 
 /// The cloth and two of its frames.
@@ -214,7 +252,7 @@ TEST(Deformation, HasEachWayToUpdateInEachFrameAndOursAreRight) {
         if (row.at("family") == "ours") {
             EXPECT_EQ(row.at("wrong"), "0") << row.at("method");
         }
-        EXPECT_GT(std::stod(row.at("frame [ms]")), std::stod(row.at("update [ms]")));
+        EXPECT_GE(std::stod(row.at("frame [ms]")), std::stod(row.at("update [ms]")));
     }
     ASSERT_EQ(hits.size(), 5u);
     // All ways to update trace the same pose.

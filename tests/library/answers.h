@@ -162,8 +162,8 @@ class CancelledCalls {
 public:
     CancelledCalls(const morphray::Scene& scene, const std::vector<morphray::Ray>& rays,
                    const std::vector<morphray::Vec3>& points)
-        : hits_(rays.size()),
-          counts_(rays.size()),
+        : hits_(rays.size(), kUntouched),
+          counts_(rays.size(), kUntouchedCount),
           bytes_(rays.size()),
           windings_(points.size()),
           closest_(points.size()),
@@ -182,6 +182,10 @@ public:
             {"compare", [&] { compare(scene, scene, rays, 10, {.cancel = flag}); }},
             {"intersect_all", [&] { scene.intersect_all(rays, {}, {.cancel = flag}); }},
             {"count", [&] { scene.count(rays, counts_, Crossing::once, {.cancel = flag}); }},
+            {"count sorted",
+             [&] {
+                 scene.count(rays, counts_, Crossing::once, {Coherence::sort(), {}, {}, {}, flag});
+             }},
             {"winding", [&] { scene.winding(points, windings_, {.cancel = flag}); }},
             {"contains", [&] { scene.contains(points, bytes_, FillRule::odd, {.cancel = flag}); }},
             {"closest_points",
@@ -194,10 +198,20 @@ public:
     }
     CancelledCalls(const CancelledCalls&) = delete;
 
+    /// Whether no call has written hits or counts.
+    bool left_all_alone() const {
+        const auto n = static_cast<std::ptrdiff_t>(hits_.size());
+        return std::ranges::count(hits_, kUntouched) == n &&
+               std::ranges::count(counts_, kUntouchedCount) == n;
+    }
+
     std::vector<std::pair<const char*, std::function<void()>>> calls;
     const std::atomic<bool>* flag = nullptr;
 
 private:
+    static constexpr morphray::Hit kUntouched{-1, -2, -3, 77, 88};
+    static constexpr std::uint64_t kUntouchedCount = 99;
+
     std::vector<morphray::Hit> hits_;
     std::vector<std::uint64_t> counts_;
     std::vector<std::uint8_t> bytes_;
@@ -218,6 +232,7 @@ inline void expect_all_are_cancelled_on(const morphray::Device& device) {
         all.flag = &cancelled;
         for (const auto& [name, call] : all.calls)
             EXPECT_EQ(error_of(call), "cancelled") << name << " of " << count;
+        EXPECT_TRUE(all.left_all_alone()) << count;
     }
 }
 

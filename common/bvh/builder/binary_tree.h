@@ -23,7 +23,8 @@ struct LeafShape {
     std::uint32_t vertices[kLeafVertices];
 };
 
-/// Whether triangles (1 to kLeafTriangles, ascending) fit a leaf; sets its shape if so.
+/// Sets the shape of a leaf of triangles (1 to kLeafTriangles, ascending); false if they do not
+/// fit.
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
                      LeafShape& shape);
 

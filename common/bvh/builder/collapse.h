@@ -26,7 +26,8 @@ private:
 /// wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
-    /// Keeps the costs in `room` if that is large enough. Runs in the calling thread's arena.
+    /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while
+    /// this object lives. Runs in the calling thread's arena.
     explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
     /// Returns the 2 to 16 children of the wide node that an inner binary node becomes. If its

@@ -255,8 +255,9 @@ HWY_INLINE Split best_boundary(const Bins& bins) {
     return splits.best();
 }
 
-/// Whether a ref is left of a boundary of bins. Comparing with the position, in [1, kBins), gives
-/// the sides of the bins: neither rounding down nor clamping takes a number past such an integer.
+/// Tells refs left of a boundary of bins from the others. Comparing with the position, in
+/// [1, kBins), gives the sides of the bins: neither rounding down nor clamping takes a number past
+/// such an integer.
 class LeftOf {
 public:
     HWY_INLINE LeftOf(const Split& split, const Binning& binning)

@@ -149,7 +149,7 @@ using Bins = std::array<Bin, kBins>;
 /// Divides refs as split_binned does, but the larger boxes from the smaller ones, if that costs
 /// less than `other`, a split of the same set; otherwise returns a size of 0. It helps where a few
 /// boxes are large, as those of walls in a room. `triangles`: of the set. `largest`: an upper bound
-/// of the areas of its boxes, which this may lower to the largest area.
+/// of the areas of its boxes, lowered to the largest area where that is smaller.
 PartSize split_by_area(std::span<const PrimRef> refs, PrimRef* out, std::size_t triangles,
                        const PartSize& other, float& largest);
 

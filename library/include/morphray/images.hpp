@@ -1,7 +1,17 @@
 // Images of a scene, files of their hits, and comparisons.
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
 #include "morphray/error.hpp"
+#include "morphray/geometry.hpp"
 #include "morphray/queries.hpp"
 
 namespace morphray {
@@ -9,8 +19,8 @@ namespace morphray {
 /// The rays of an image.
 enum class Rays {
     primary,  ///< Camera rays, shaded as if lit from the camera.
-    shadow,   ///< Also a ray to the light from each hit.
-    ao,       ///< Also ambient-occlusion rays from each hit.
+    shadow,   ///< and a ray to the light from each hit.
+    ao,       ///< and ambient-occlusion rays from each hit.
 };
 
 /// The meaning of the colours of an image.
@@ -18,10 +28,10 @@ enum class Shading {
     plain,   ///< The light of View::rays on flat triangles.
     lit,     ///< A light with shadows and a sky with ambient occlusion, on smooth surfaces.
     normal,  ///< Normals as colours.
-    depth,   ///< Depths along the viewing direction as greys, near ones bright.
+    depth,   ///< Depths along the viewing direction as greys, the nearer the brighter.
     prim,    ///< Triangles in colours of their own.
-    steps,   ///< Nodes and leaves of the tree that a ray enters up to its hit: from 1 to 64.
-    sah,     ///< Area of the box of a leaf relative to its triangles: from 1 to 16.
+    steps,   ///< How many nodes and leaves of the tree a ray enters up to its hit: from 1 to 64.
+    sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 16.
 };
 
 /// The side of the square of camera rays of a pixel that has `samples` of them: 1, 2, 4 or 8.
@@ -31,15 +41,16 @@ constexpr std::uint32_t sample_side(std::uint32_t samples) {
     return side;
 }
 
-/// A pinhole camera and a light, in the caller's coordinates. Points that are not given are chosen
-/// so that the bounds of the scene fill the image.
+/// A pinhole camera and a light, in the caller's coordinates. What is not given is chosen so that
+/// the bounds of the scene fill the image.
 struct View {
     std::optional<Point> eye = {};
     std::optional<Point> target = {};
     Point up = {0, 1, 0};
     /// Vertical, in degrees, between 0 and 180.
     double fov = 45;
-    /// Things lower than 1/46000 of the way to the light cast no shadow.
+    /// Things that are lower than 1/46000 of the way to the light cast no shadow, so a sun is best
+    /// put some tens of sizes of the scene away.
     std::optional<Point> light = {};
     /// In pixels, from 1 to 65536 a side and at most 2^28 in all.
     std::uint32_t width = 1024;
@@ -57,13 +68,16 @@ struct View {
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
     double ao_distance = 0;
-    /// Whether Image::hits, occlusion and hits_hash are filled, which takes time and memory.
+    /// Whether Image::hits, occlusion and hits_hash are filled. Without them an image takes less
+    /// time and memory; its pixels are the same.
     bool hits = true;
-    /// If given, render() throws cancelled soon after another thread has made it true: within some
-    /// milliseconds on the CPU, by brute force after at most 64 pixels of each thread, and on a
-    /// device after some tens of milliseconds, or once it has compiled a kernel.
+    /// If it is given, render() throws cancelled soon after another thread has made it true, at any
+    /// size, number of samples and shading: within some milliseconds on the CPU, by brute force
+    /// once each thread has finished a row of at most 64 pixels, and on a device at the end of a
+    /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
+    /// time.
     const std::atomic<bool>* cancel = nullptr;
-    /// If given, render() adds to it, 1 in all, in the pass that traces most rays.
+    /// If it is given, render() adds to it, 1 in all, in the pass that traces most rays.
     std::atomic<double>* progress = nullptr;
 };
 
@@ -71,9 +85,10 @@ struct View {
 struct LitPixel {
     /// Linear red, green and blue, the mean of the samples.
     std::array<float, 3> colour = {};
-    /// The unit normal of the middle sample, in world space, towards the eye; 0 without a hit.
+    /// The unit normal of the sample in the middle of the pixel, in world space, on the side of the
+    /// eye; 0 without a hit.
     std::array<float, 3> normal = {};
-    /// The share of the sky that the middle sample sees, from 0 to 1; 1 without a hit.
+    /// The share of the sky that the same sample sees, from 0 to 1; 1 without a hit.
     float open = 1;
 };
 
@@ -86,21 +101,24 @@ struct Image {
     /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
     std::vector<std::uint32_t> pixels;
     /// The hit of each camera ray; empty if View::hits is false. t is the depth along the viewing
-    /// direction, in world space. The samples of a pixel are a square of elements.
+    /// direction, in world space. With several samples these are the hits of an image whose sides
+    /// are longer by the square root of their number, and so is `occlusion`.
     std::vector<Hit> hits;
-    /// The occluded shadow and ambient-occlusion rays of each camera ray, with smooth normals as
-    /// its colour shows the shadow; empty if View::hits is false.
+    /// The number of occluded shadow and ambient-occlusion rays of each camera ray, with smooth
+    /// normals as its colour shows the shadow; empty if View::hits is false.
     std::vector<std::uint32_t> occlusion;
-    /// Empty unless View::lit_pixels is set.
+    /// Row by row, if View::lit_pixels asks for them; else empty.
     std::vector<LitPixel> lit_pixels;
     /// The rays that were traced.
     std::uint64_t ray_count = 0;
-    /// The time of the trace, by the device's clock if it has one.
+    /// The time of the trace; a device takes it by its own clock, if it has one.
     double trace_ms = 0;
-    /// The part of trace_ms for colours; 0 with Shading::plain and one sample.
+    /// The part of trace_ms that the colours took, where these are a step of their own: with any
+    /// Shading but plain, and with several samples; else 0.
     double shade_ms = 0;
     /// XXH3 (64 bits) of hits and occlusion, and of the pixels: the same on every device and
-    /// machine, as `morphray render --json` reports. hits_hash is 0 if View::hits is false.
+    /// machine. They are what `morphray render --json` reports. hits_hash is 0 if View::hits is
+    /// false.
     std::uint64_t hits_hash = 0;
     std::uint64_t image_hash = 0;
 };
@@ -114,8 +132,9 @@ MORPHRAY_API void write_png(const std::string& file, const Image& image);
 ///     char[8]  "MRHITS1\0"
 ///     uint32   width, height, number of images
 ///     then, image after image,
-///         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top, with
-///             the depth t of Image::hits; a miss is {infinity, 0, 0, 0xFFFFFFFF}
+///         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top: t is
+///         the
+///             depth along the viewing direction; a miss is {infinity, 0, 0, 0xFFFFFFFF}
 ///         width * height times uint32: occluded secondary rays
 ///
 /// One thread at a time.
@@ -123,8 +142,10 @@ class MORPHRAY_API HitsWriter {
 public:
     HitsWriter(std::uint32_t width, std::uint32_t height);
 
-    /// The size is that of the hits. Throws bad_argument for another size, and for hits with a
-    /// geom_id above 0, for which the file has no place; limit.
+    /// An image with several samples a pixel counts by its hits: its sides are longer by the square
+    /// root of their number. Throws bad_argument for an image of another size, and for hits of
+    /// another mesh than geom_id 0, for which the file has no place; limit. What throws has changed
+    /// nothing.
     void add(const Image& image);
     /// Writes the file with the images so far: as a whole, or not at all. Throws output.
     void write(const std::string& file) const;
@@ -133,6 +154,7 @@ private:
     std::uint32_t width_;
     std::uint32_t height_;
     std::uint32_t image_count_ = 0;
+    /// The file.
     std::vector<std::byte> bytes_;
 };
 
@@ -150,14 +172,14 @@ struct HitsFile {
 /// Throws bad_input, with the reason, for a file that cannot be read or is not such a file.
 MORPHRAY_API HitsFile read_hits(const std::string& file);
 
+class Scene;
+
 struct HitDifference {
     /// The number of the ray, or of the camera ray of an image, row by row.
     std::size_t index = 0;
     Hit first;
     Hit second;
 };
-
-class Scene;
 
 /// The hits that differ in any bit.
 struct Comparison {
@@ -169,7 +191,8 @@ struct Comparison {
     bool equal() const { return different == 0; }
 };
 
-/// Traces the rays in both scenes, as Scene::intersect(). `keep` limits Comparison::differences.
+/// Traces the rays in both scenes. `keep` limits Comparison::differences.
+/// Throws what Scene::intersect() throws.
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
                                 std::size_t keep = 10, const QueryOptions& options = {});
 /// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws

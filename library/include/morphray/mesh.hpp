@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <ranges>
@@ -16,7 +17,7 @@ namespace morphray {
 
 namespace detail {
 
-/// Makes a number of the type that an element of an array of positions begins with.
+/// The numbers that an element of an array of positions begins with; void where that is unknown.
 template <class Element>
 auto number_of() {
     if constexpr (std::is_array_v<Element>) {
@@ -26,7 +27,7 @@ auto number_of() {
     } else if constexpr (requires(Element e) { e.x; }) {
         return std::remove_cvref_t<decltype(std::declval<Element>().x)>{};
     } else if constexpr (!requires { Element{std::declval<double>()}; }) {
-        // A struct that does not begin with a double is taken to have floats.
+        // Not a struct that begins with a double: floats are taken for granted.
         return float{};
     }
 }
@@ -53,8 +54,9 @@ constexpr void check_positions() {
 
 }  // namespace detail
 
-/// `count` positions, three floats or doubles each, `stride` bytes apart, borrowed, at any
-/// alignment. Readers subtract SceneOptions::origin in double, and round to floats.
+/// `count` positions, three floats or doubles each, `stride` bytes apart. Any alignment. The array
+/// is borrowed. SceneOptions::origin is subtracted in double wherever they are read; then they are
+/// rounded to floats.
 struct Positions {
     const void* data = nullptr;
     std::size_t count = 0;
@@ -62,18 +64,19 @@ struct Positions {
     bool has_doubles = false;
 };
 
-/// Finds a SceneOptions::origin: near the middle of positions of which rounding to floats would
-/// move one by more than 1e-6 of their size, else 0. Positions that are not finite, beyond 1e30, or
-/// 2^37 times as far from 0 as most do not count. O(positions).
+/// Finds a SceneOptions::origin. It is 0 unless rounding doubles to floats would move one by more
+/// than 1e-6 of their size; then it lies near their middle. Positions that are not finite, beyond
+/// 1e30, or 2^37 times as far from 0 as most do not count. O(positions).
 MORPHRAY_API Point find_origin(const Positions& positions);
 /// Returns the farthest that rounding moves a coordinate of doubles less an origin; 0 for floats.
 MORPHRAY_API double rounding_error(const Positions& positions, const Point& origin);
-/// Whether that is more than 1e-6 of the size of the positions. Takes nanoseconds where they are
-/// near the origin, else O(positions).
+/// Whether that is more than 1e-6 of the size of the positions, so that another origin is needed.
+/// Takes nanoseconds where they are near the origin, and O(positions) elsewhere.
 MORPHRAY_API bool rounds_coarsely(const Positions& positions, const Point& origin);
 
-/// The positions of an array of vertices. `member` is float[3], std::array<double, 3>, Vec3 or any
-/// other type that begins with three floats or doubles.
+/// The positions of an array of the caller's vertices. `member` is the member with the position:
+/// float[3], std::array<double, 3>, Vec3 or any other type that begins with three floats or
+/// doubles.
 ///
 ///     struct Vertex { float normal[3]; float position[3]; };
 ///     std::vector<Vertex> vertices;
@@ -88,7 +91,8 @@ Positions strided(Array&& vertices, Member Vertex::*member) {
     return {std::addressof(std::data(vertices)->*member), std::size(vertices), kStride, kDoubles};
 }
 
-/// The positions of an array of Vec3, std::array<float, 3>, std::array<double, 3>, ...
+/// An array of vertices that are positions and nothing else: Vec3, std::array<float, 3>,
+/// std::array<double, 3>, ...
 template <class Array>
 Positions packed(Array&& points) {
     using Element = std::remove_cvref_t<decltype(*std::data(points))>;
@@ -97,7 +101,7 @@ Positions packed(Array&& points) {
             std::is_same_v<detail::Number<Element>, double>};
 }
 
-/// The indices of an array of 4-byte integers, or of std::array of three of them, in place.
+/// The indices of an array of integers of 4 bytes, or of std::array of three of them, in place.
 template <class Array>
 std::span<const std::uint32_t> indices(const Array& triangles) {
     using Element = std::remove_cvref_t<decltype(*std::data(triangles))>;
@@ -113,11 +117,11 @@ std::span<const std::uint32_t> indices(const Array& triangles) {
     }
 }
 
-/// The number of the texture of a triangle without one.
+/// Stands for the number of a texture of a triangle that has none.
 inline constexpr std::uint32_t kNoTexture = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kMaxTextureSide = 16384;
 
-/// The texture beyond its image.
+/// The continuation of a texture beyond its image.
 enum class Wrap {
     repeat,  ///< The image again and again.
     clamp,   ///< The texels of its border.
@@ -125,48 +129,57 @@ enum class Wrap {
 
 /// An image in the caller's memory for triangles to show.
 struct TextureView {
-    /// width * height texels of the format of Image::pixels, row by row from the top. The squares
-    /// of channels are taken as linear intensities. Alpha is read for `alpha_cutoff` alone.
+    /// width * height texels, row by row from the top: 8 bits a channel, red in bits 0 to 7, green
+    /// in 8 to 15, blue in 16 to 23, alpha above, as in Image::pixels. Channels are encoded as in
+    /// image files, not linear: their squares are taken as linear intensities. Alpha is read for
+    /// `alpha_cutoff` alone.
     std::span<const std::uint32_t> texels = {};
     /// 1 to kMaxTextureSide each.
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     Wrap wrap = Wrap::repeat;
-    /// From 0 to 1. Where alpha / 255, linear between texels, is below this, all rays of lit images
-    /// pass. Queries and other images ignore it.
+    /// From 0 to 1. Where alpha, divided by 255 and linear between texels, is below this, triangles
+    /// have holes: in lit images rays of all kinds pass there. Queries and other images know no
+    /// holes. 0: no holes.
     float alpha_cutoff = 0;
 };
 
 /// What images show of a mesh. All arrays are copied once.
 struct Appearance {
-    /// The linear colour of each triangle, 8 bits a channel, red in bits 0 to 7, green in 8 to 15,
-    /// blue in 16 to 23. Empty: light grey.
+    /// The colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green in 8 to
+    /// 15, blue in 16 to 23. Empty: light grey.
     std::span<const std::uint32_t> albedo = {};
-    /// For lit images, three numbers below the number of corners for each triangle. Corners with
-    /// the same number share the mean normal of their triangles at the current pose; at creases of
-    /// more than 37 degrees they stay flat. MeshView::triangles itself makes the whole mesh smooth,
-    /// without memory for it. Empty: every triangle is flat.
+    /// For lit images, three numbers for each triangle. Corners with the same number share a
+    /// normal, the mean of their triangles at the current pose, so that these look smooth together;
+    /// at creases of more than 37 degrees they stay flat. MeshView::triangles itself makes all of
+    /// the mesh smooth, without memory for it. Empty: every triangle is flat. Numbers are below the
+    /// number of corners.
     std::span<const std::uint32_t> smooth = {};
-    /// In lit images the mesh shows the background, darkened by shadows and occlusion.
+    /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
+    /// that the scene stands on.
     bool shadow_catcher = false;
-    /// For lit images, at most 65536 textures; each triangle shows one, multiplied by its albedo
-    /// (white without `albedo`). Copies take a third more memory, for smaller levels.
+    /// For lit images, textures; each triangle shows one of them, multiplied by its albedo (white
+    /// instead of light grey without `albedo`). Copies have smaller levels for surfaces far away: a
+    /// third more memory. At most 65536 of them.
     std::span<const TextureView> textures = {};
-    /// With `textures`, six floats for each triangle: u and v of its corners. u is from the left
-    /// (0) to the right (1) of the image, v from bottom to top. What is not finite counts as 0.
+    /// With `textures`, u and v of each triangle's three corners, six floats for each triangle: u
+    /// from the left (0) to the right (1) of the image, v from its bottom (0) to its top (1), and
+    /// beyond as TextureView::wrap says. What is not finite counts as 0.
     std::span<const float> texcoords = {};
-    /// With `textures`, the texture of each triangle, or kNoTexture. Empty: all have the first.
+    /// With `textures`, the index of each triangle's texture, or kNoTexture. Empty: all have the
+    /// first.
     std::span<const std::uint32_t> texture_ids = {};
 };
 
-/// A mesh of triangles in the caller's memory. Scene::build(), attach() and each update() read
-/// `positions`, so they must stay where they are until the mesh is detached or the scene is
-/// destroyed. Indices are copied. Triangles with positions that are NaN or infinite are never hit.
+/// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
+/// each update(), so they must stay where they are until the mesh is detached or the scene is
+/// destroyed. Indices are copied. Any mesh is accepted, also one without triangles;
+/// positions that are NaN or infinite make their triangles unhittable.
 struct MeshView {
     Positions positions = {};
-    /// Three indices of positions for each triangle; there may be none.
+    /// Three indices of positions for each triangle.
     std::span<const std::uint32_t> triangles = {};
-    /// Whether update() reads the positions again.
+    /// Whether update() reads the positions again. A mesh that does not deform costs nothing there.
     bool deforms = true;
     Appearance appearance = {};
 };

@@ -1,4 +1,4 @@
-// Options of queries, and the answers of those about all triangles.
+// Questions about all triangles of a scene: all hits of rays, inside or outside, closest points.
 #pragma once
 
 #include <atomic>
@@ -15,38 +15,42 @@ namespace morphray {
 
 /// Which triangles a ray hits that goes through an edge or a vertex.
 enum class Crossing {
-    /// The first one in the order of (t, prim_id) of all that share the edge or vertex, so that the
-    /// hit of intersect() is among them. Edges and vertices of a mesh are one if they coincide.
+    /// One triangle for each edge and each vertex of a mesh, however many share it: the first in
+    /// the order of (t, prim_id). So the hit of intersect() is among them, also on the border of an
+    /// open mesh. Edges and vertices of a mesh are one if they lie at one place.
     once,
-    /// Each triangle there, as intersect() does.
+    /// Each triangle there, as the closest hit of intersect() does.
     each,
-    /// One by which it passes through the surface, so that a closed mesh is entered as often as it
-    /// is left (Edelsbrunner, Mücke, Simulation of Simplicity, TOG 9(1), 1990). Where a ray only
-    /// touches the surface it hits none of the triangles there, or two.
+    /// One of those that it passes through, so that a closed mesh is entered as often as it is left
+    /// (Edelsbrunner, Mücke, Simulation of Simplicity, TOG 9(1), 1990). A ray that touches an edge
+    /// or a vertex without passing through the surface hits none of the triangles there, or two.
     owner,
 };
 
 /// The threads that answer a batch of rays.
 enum class Threads {
     all,      ///< Those of the device.
-    calling,  ///< The calling one, for callers with threads of their own.
+    calling,  ///< The one that calls, for callers who have threads of their own.
 };
 
-/// What a caller knows of the rays of a batch. Only the time of answers depends on it.
+/// What a caller knows of the rays of a batch. Answers have the same bits whatever it says, right
+/// or wrong; only their time depends on it.
 struct Coherence {
     enum class Kind : std::uint8_t { none, image, sort };
     Kind kind = Kind::none;
     /// Of kind image alone.
     std::size_t width = 0;
 
-    /// They are traced in the order given.
+    /// Nothing: they are traced in the order given. The default.
     static constexpr Coherence none() { return {}; }
-    /// They are an image, row by row, with `width` rays a row; the last row may be shorter. On the
-    /// CPU, tiles are traced in packets if rays start at one point, lie on a grid up to half a
-    /// step, and have the interval [0, infinity). Rows below 8 rays are traced as by none().
+    /// They are those of an image, row by row, with `width` rays a row; the last row may be
+    /// shorter. On the CPU tiles of them are traced in packets if they start at one point, lie on a
+    /// grid up to half a step, and have the interval [0, infinity). Rows below 8 rays are traced as
+    /// by none().
     static constexpr Coherence image(std::size_t width) { return {Kind::image, width}; }
-    /// They come in any order. On the processor, 8192 and more are sorted, up to 2^20 at a time;
-    /// answers keep their places. A scene keeps 10 bytes a ray for that, at most 10 MB.
+    /// They come in any order. On the CPU, and on Vulkan devices that are the processor, 8192 and
+    /// more are sorted, up to 2^20 at a time; answers keep their places. A scene on the CPU keeps
+    /// 10 bytes a ray for that, at most 10 MB.
     static constexpr Coherence sort() { return {Kind::sort, 0}; }
 };
 
@@ -54,32 +58,36 @@ struct Coherence {
 struct QueryOptions {
     Coherence coherence = {};
     Threads threads = Threads::all;
-    /// Rays see only meshes with visible[geom_id] != 0. One flag a geom_id, up to the highest:
-    /// another number throws bad_argument. Nothing: all. Not for points.
+    /// The meshes that rays see: those with visible[geom_id] != 0; the others are as if they were
+    /// not there. One flag a geom_id, up to the highest: another number throws bad_argument.
+    /// Nothing: all. Not for points.
     std::optional<std::span<const std::uint8_t>> visible = {};
-    /// The triangle that each ray leaves out, such as that on which it starts. Another number of
-    /// them throws bad_argument. Nothing: none. Not for points.
+    /// For each ray the triangle that is as if it were not there, such as that of the hit on which
+    /// the ray starts. Another number of them throws bad_argument. Nothing: none. Not for points.
     std::optional<std::span<const Primitive>> excluded = {};
-    /// If given, the call throws cancelled if it is true before, also for an empty batch, and soon
-    /// after another thread has made it true: within some milliseconds, or once each thread of the
-    /// CPU has answered its point or 64 rays, and a device its submission of some milliseconds or
-    /// 64 rays or points. Other answers are left as they were.
+    /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
+    /// soon after another thread has made it true: within some milliseconds, or once each thread of
+    /// the CPU has answered the point or 64 rays that it is at, and a device its submission of
+    /// some milliseconds or 64 rays or points. What was not found by then is left as it was.
     const std::atomic<bool>* cancel = nullptr;
 };
 
 struct AllHitsOptions {
     Crossing crossing = Crossing::once;
-    /// The most hits that are listed for a ray: the first ones. More are counted. All of them take
-    /// memory meanwhile with QueryOptions::visible or excluded, and at edges by Crossing::once.
+    /// The most hits that are listed for a ray: the first ones. More are counted. All hits of a ray
+    /// take memory meanwhile if it goes through an edge or a vertex, by Crossing::once, or does not
+    /// see everything.
     std::uint32_t max_hits = std::numeric_limits<std::uint32_t>::max();
 };
 
+/// The hits of some rays.
 struct AllHits {
-    /// The hits of ray i are those in [offsets[i], offsets[i + 1]).
+    /// One more number than rays: the hits of ray i are hits[offsets[i]] to hits[offsets[i + 1]],
+    /// without the last.
     std::vector<std::uint64_t> offsets = {0};
     /// By ray, and then in the order of (t, geom_id, prim_id).
     std::vector<Hit> hits = {};
-    /// For each ray, the number of hits beyond max_hits.
+    /// For each ray, the hits beyond max_hits that are not listed.
     std::vector<std::uint64_t> left_out = {};
 
     std::size_t ray_count() const { return offsets.size() - 1; }
@@ -91,26 +99,32 @@ struct AllHits {
 
 /// Which windings are inside, as the fill rules of drawing programs.
 enum class FillRule {
-    /// Those that are not 0: the union of closed meshes, also of one turned inside out.
+    /// Those that are not 0: the union of closed meshes whose triangles are counter-clockwise as
+    /// seen from outside. A mesh that is turned inside out lies inside, too.
     nonzero,
-    /// Those with an odd number of crossings. Where two meshes overlap is outside.
+    /// Those with an odd number of crossings, whichever way triangles are turned. Where two meshes
+    /// overlap is outside.
     odd,
 };
 
 enum class Feature : std::uint8_t { face, edge, vertex };
 
-/// The point of a scene that is closest to a given one, or none: a default ClosestPoint.
+/// The point of a scene that is closest to a point asked about, or none: {{0, 0, 0}, infinity, 0,
+/// 0, kNoPrim, kNoGeometry, Feature::face}.
 struct ClosestPoint {
     Vec3 point = {};
     float distance = std::numeric_limits<float>::infinity();
-    /// As in Hit. One of u, v and 1 - (u + v) is 0 for Feature::edge, and two for vertex.
+    /// The weights of the triangle's corners p1 and p2, as in Hit. Where `feature` is edge one of
+    /// u, v and 1 - (u + v) is 0, and two of them are where it is vertex.
     float u = 0;
     float v = 0;
     /// The lowest (geom_id, prim_id) of equally close triangles.
     std::uint32_t prim_id = kNoPrim;
     std::uint32_t geom_id = kNoGeometry;
+    /// The part of the triangle that the point lies on.
     Feature feature = Feature::face;
 
+    /// Whether there is one.
     explicit operator bool() const { return prim_id != kNoPrim; }
     bool operator==(const ClosestPoint&) const = default;
 };

@@ -1,14 +1,25 @@
 // A scene of deforming meshes on one device.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
 #include <variant>
+#include <vector>
 
 #include "morphray/device.hpp"
+#include "morphray/error.hpp"
+#include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 #include "morphray/queries.hpp"
 
 namespace morphray {
 
+// morphray/images.hpp.
 struct View;
 struct Image;
 
@@ -16,7 +27,7 @@ namespace detail {
 class SceneImpl;
 }
 
-/// Each update refits the first tree.
+/// One tree for all poses: each update refits it.
 struct Refit {};
 /// Each update builds a tree.
 struct Rebuild {};
@@ -26,39 +37,45 @@ struct Every {
 };
 /// Refits; restructures, or builds, when the tree's degradation has cost as much time as that would
 /// take. What takes longer than the budget is restructured in slices, or built in the background.
+/// Both budgets are finite and not negative.
 struct Auto {
-    /// The time that an update may add, in milliseconds, finite and not negative. 0: `budget`.
+    /// The time that an update may add, in milliseconds. 0: `budget` decides.
     double budget_ms = 0;
     /// The same as a part of the time that refit and queries of a pose take.
     double budget = 0.75;
-    /// Counts of triangles and rays decide, not times, so that all runs decide the same.
+    /// The same decisions in every run: counts of triangles and rays take the place of times.
+    /// Results never depend on the decisions.
     bool deterministic = false;
 };
 /// How the tree follows the meshes (Wald, Boulos, Shirley, TOG 26(1), 2007, section 5).
 using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
 
-/// Reads "refit", "rebuild", "every:K" or "auto". Throws bad_argument, which lists these.
+/// Reads the name of a policy, for programs whose users write it: "refit", "rebuild", "every:K"
+/// with K from 1 to 1000000, or "auto", which gives an Auto{}. Throws bad_argument, which lists
+/// these, for any other text. Threads may call it at the same time.
 MORPHRAY_API UpdatePolicy parse_update_policy(const std::string& text);
 
 struct SceneOptions {
-    /// The part of world space that the meshes move in; nothing: the bounds of the first pose. It
-    /// fixes scene space, and with it the last bits of all hits: with the same bounds, equal
-    /// positions give equal bits on all machines and devices, whatever the poses before. While
-    /// meshes leave the bounds, scene space is that of bounds and meshes together. build() throws
-    /// bad_argument if they are empty or not within the range of floats.
+    /// The part of world space that the meshes move in. It fixes scene space, and with it the last
+    /// bits of all hits: with the same bounds, equal positions give equal bits on all machines and
+    /// devices, whatever the poses before. Without it the bounds of the first pose are taken.
+    /// Meshes may leave the bounds: as long as they do, scene space is that of bounds and meshes
+    /// together, and hits are as right as ever. build() throws bad_argument if
+    /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
     /// The place in the caller's coordinates where world space has its 0. It is subtracted from
     /// positions in double before they are rounded to floats, so that coordinates such as those of
-    /// UTM keep their digits. find_origin() gives one. Boxes and the points of a View are in the
-    /// caller's coordinates; rays, points and closest points are relative to the origin, as
+    /// UTM keep their digits. find_origin() gives one. Boxes and the points of a View are doubles
+    /// in the caller's coordinates. Rays, points and closest points are relative to the origin, as
     /// Scene::less_origin() returns them. build() throws bad_argument if it is not finite.
     Point origin = {0, 0, 0};
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
-    /// If given, build() and update() throw cancelled within some milliseconds of building a tree
-    /// after another thread has made it true. After such an update() the scene is of no use any
-    /// more. It must outlive the scene.
+    /// If it is given, a tree that build() or update() builds is given up soon after another thread
+    /// has made it true, and they throw cancelled: within some milliseconds. After such an
+    /// update() the scene is of no use any more. It must
+    /// outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
 };
 
@@ -74,11 +91,14 @@ enum class Step {
 /// "build", "keep", ...
 MORPHRAY_API const char* to_string(Step step) noexcept;
 
-/// The vertices of a mesh whose triangles are not hit at this pose; each is used by a triangle.
+/// The vertices of a mesh whose triangles are never hit, as long as they are where they are.
+/// Vertices that no triangle uses do not count.
 struct LeftOut {
     std::uint32_t geom_id = 0;
     std::uint64_t not_finite = 0;  ///< NaN, infinite, or beyond floats.
-    std::uint64_t too_far = 0;     ///< "Far vertices" of Scene says when.
+    /// Outside the scene's bounds, and more than 2^37 times as far from its origin as most vertices
+    /// (Scene).
+    std::uint64_t too_far = 0;
 };
 
 struct Update {
@@ -86,15 +106,15 @@ struct Update {
     /// Why, as a clause for people: "the slow-down has cost a build".
     std::string reason;
     /// The cost of the tree by the surface area heuristic, relative to that when it was built and
-    /// to the growth of its triangles; 1 if neither policy nor options need it.
+    /// to the growth of its triangles; 1 if neither policy nor options ask for it.
     double cost_ratio = 1;
     /// Whether a tree is being built in the background.
     bool build_pending = false;
-    /// Meshes with vertices that are left out, by geom_id.
+    /// Meshes with vertices that are left out at this pose, by geom_id; empty for a sound scene.
     std::vector<LeftOut> left_out = {};
 
-    /// Milliseconds; 0 for a part that did not happen. A device may put a refit off until the first
-    /// query; last_update() tells its refit_ms afterwards.
+    /// Milliseconds. A part that did not happen is 0. A device may put a refit off until the first
+    /// query, which then takes longer; last_update() tells its refit_ms afterwards.
     double read_ms = 0;    ///< Reading the caller's positions.
     double upload_ms = 0;  ///< Positions and trees to the device.
     double refit_ms = 0;
@@ -124,42 +144,49 @@ struct EdgeCounts {
     std::uint64_t open = 0;    ///< Edges of one triangle.
     std::uint64_t shared = 0;  ///< Edges of more than two triangles.
     std::uint64_t turned = 0;  ///< Edges that two triangles run through in one direction.
-    /// Edges that are run through more often in one direction than in the other.
+    /// Edges that are run through more often in one direction than in the other: those that are
+    /// open or turned, and some of the shared ones.
     std::uint64_t uneven = 0;
-    /// Triangles of which another one has the same places in the opposite direction.
+    /// Triangles of which another one has the same places in the opposite direction. Both enclose
+    /// nothing. Triangles of the same direction are no twins: the surface winds twice there.
     std::uint64_t twins = 0;
 
-    /// True if inside, winding and the sign of distances are those of a solid.
+    /// True if inside, winding and the sign of distances are those of a solid. If all triangles are
+    /// twins, that is a solid without an inside.
     bool is_closed() const { return uneven == 0; }
     bool operator==(const EdgeCounts&) const = default;
 };
 
 /// Meshes, the tree over them, and queries.
 ///
-/// Threads: any number of threads may call const members at the same time. update(), attach(),
-/// detach(), moving and destroying need a scene for themselves; a second thread in update(),
-/// attach() or detach() gets Error(busy), queries meanwhile are undefined.
+/// Threads: const members may be called by any number of threads at the same time. update(),
+/// attach(), detach(), moving and destroying a scene need it for themselves; a second thread in
+/// update(), attach() or detach() gets Error(busy), queries meanwhile are undefined. Different
+/// scenes are independent.
 ///
 /// Errors: any member throws bad_argument if the scene has been moved from. If update() throws
-/// anything but bad_argument and busy, queries and updates throw the same until the scene is
-/// destroyed. Any other call that throws has changed nothing.
+/// anything but bad_argument and busy, such as limit (no memory) or device_lost, the scene is of no
+/// use any more: queries and updates throw the same until it is destroyed. Any other call that
+/// throws has changed nothing.
 ///
-/// Far vertices: one vertex far away would make all others coarse, since the steps of scene space
-/// are 2^-60 of its size. Let r be the least power of two that holds the largest coordinate,
-/// relative to the origin, of more than half of the vertices that are finite, used by a triangle
-/// and not at the origin. Vertices outside SceneOptions::bounds with a coordinate beyond 2^37 r,
-/// and beyond the power of two that holds the bounds, are left out as if they were not finite: all
-/// else has the bits of a scene without them. Vertices that no triangle uses are never read.
+/// Far vertices: the steps of scene space are 2^-60 of the scene's size, so that one vertex far
+/// away would make all others coarse. So let r be the least power of two that holds the largest
+/// coordinate, relative to the origin, of more than half of the vertices that are finite, used by a
+/// triangle and not at the origin. Vertices outside the bounds (SceneOptions::bounds) that have a
+/// coordinate beyond 2^37 r, and beyond the power of two that holds the bounds, are left out as if
+/// they were not finite: their triangles are never hit, and everything else has the bits of a scene
+/// without them. Update::left_out counts them. Vertices that no triangle uses are never read.
 ///
 /// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
-/// triangle for the tree, twice during a background build. A mesh with coordinates that are not
-/// finite, or below 2^-36 of the bounds, takes 12 bytes a vertex more. Images keep up to 340 MB.
+/// triangle for the tree. A mesh that has coordinates below 2^-36 of the bounds, such as 1e-17, or
+/// not finite, takes 12 bytes a vertex more. A background build takes as much again as the tree.
+/// Images keep up to 340 MB for the next one.
 class MORPHRAY_API Scene {
 public:
     /// Builds a scene of one mesh, geom_id 0. Time: O(n log n) in the triangles, some 0.1 us a
-    /// triangle and core. Throws bad_input for an index out of range or triangles that are not in
-    /// threes; bad_argument for positions without data, a stride below 12 and unsuitable options;
-    /// limit above 2^28 triangles in all.
+    /// triangle and core. Throws bad_input for an index that is out of range (named), or triangles
+    /// that are not in threes; bad_argument for positions without data, a stride below 12 and
+    /// unsuitable options; limit above 2^28 triangles in all.
     static Scene build(const MeshView& mesh, const Device& device = Device::cpu(),
                        const SceneOptions& options = {});
     /// A scene of several meshes, with geom_ids 0, 1, ... in order. There may be none.
@@ -175,32 +202,37 @@ public:
     /// Reads the positions of all deforming meshes again and brings the tree to them. Time: O(n) in
     /// vertices and triangles of what moved.
     Update update();
-    /// Reads `count` positions of one mesh from `first` on, also if it does not deform. Throws
-    /// bad_argument if they are not in the mesh.
+    /// Reads `count` positions of one mesh from `first` on; all others are those of the last
+    /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
+    /// mesh.
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    /// Borrows other positions for a mesh from now on, and reads them. Throws bad_argument, which
-    /// changes nothing, for another number of positions, no data and a stride below 12.
+    /// Borrows other positions for a mesh from now on, as many as it has, and reads them: for poses
+    /// in several buffers. Throws bad_argument, which changes nothing, for another number of
+    /// positions, positions without data and a stride below 12.
     Update update(std::uint32_t geom_id, const Positions& positions);
-    /// As update(), but first replaces the bounds by those of all positions. Hits then have the
-    /// bits of a new scene of these meshes without SceneOptions::bounds.
+    /// The same as update(), but first replaces the bounds by those of all positions, as build()
+    /// does without SceneOptions::bounds. Hits then have the same bits as those of a new scene of
+    /// these meshes. The policy decides, as in update(), whether the tree is kept.
     Update update_with_new_bounds();
 
-    /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws as
-    /// build(). That update builds what changed and refits the rest, unless more than half of all
-    /// triangles are new or the bounds are left, which takes a build.
+    /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws
+    /// what build() throws. That update builds what changed and refits the rest, unless more than
+    /// half of all triangles are new or the bounds are left, which takes a build.
     std::uint32_t attach(const MeshView& mesh);
-    /// Removes a mesh from the next update() on; until then its positions stay borrowed. Throws
-    /// bad_argument if there is none of this geom_id.
+    /// Removes a mesh from the next update() on; until then its positions stay borrowed. Its
+    /// geom_id is free afterwards. Throws bad_argument if there is none of this geom_id.
     void detach(std::uint32_t geom_id);
 
     /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
-    /// Finds the closest hits: hits[i] answers rays[i]. Few rays run in the calling thread. On a
-    /// Vulkan device a call is a submission, and so is each hit that a ray passes by the options.
-    /// Throws bad_argument if sizes differ, device_lost, limit and cancelled.
+    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays. Runs on all threads of
+    /// the device if there are many rays, and in the calling thread if there are few. On a Vulkan
+    /// device a call is a submission, and so is each hit that a ray passes by because it does not
+    /// see it. Throws bad_argument if sizes differ, device_lost, limit; cancelled.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const QueryOptions& options = {}) const;
+    /// One ray, for callers that need each hit before they make the next ray.
     Hit intersect(const Ray& ray) const;
     Hit intersect(const Ray& ray, const QueryOptions& options) const;
 
@@ -210,17 +242,21 @@ public:
     bool occluded(const Ray& ray) const;
     bool occluded(const Ray& ray, const QueryOptions& options) const;
 
-    /// Finds all hits of rays, each once. Memory: 20 bytes a hit and 16 bytes a ray, twice while
-    /// the answer is made; at most 2 * max_hits + 16 hits a ray and thread besides. Throws as
-    /// intersect(); limit if the memory does not suffice.
+    /// Finds all hits of rays, each once: none is lost, and hits at one t are all there. Memory: 20
+    /// bytes a hit and 16 bytes a ray, twice while the answer is made; at most 2 * max_hits + 16
+    /// hits a ray and thread besides. Throws as intersect(); limit if the memory does not suffice.
     AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& all = {},
                           const QueryOptions& options = {}) const;
-    /// The next hit of a ray: the first one after `after` in the order of (t, geom_id, prim_id);
-    /// none after a miss. To step through the hits that intersect() and occluded() know, each once:
+    /// The next hit of a ray after one of its hits: the first one that is greater in the order of
+    /// (t, geom_id, prim_id). After a miss there is none. To step through the hits that
+    /// intersect() and occluded() know:
     ///
     ///     for (Hit hit = scene.intersect(ray); hit; hit = scene.intersect(ray, hit)) ...
     ///
-    /// `after` need not be a hit of the scene. Throws bad_argument if its t is NaN.
+    /// Each is found once, also where t is rounded: a denormal, or too large for a float.
+    ///
+    /// `after` need not be a hit of the scene: any t, geom_id and prim_id do. Throws bad_argument
+    /// if its t is NaN.
     Hit intersect(const Ray& ray, const Hit& after, Crossing crossing = Crossing::each,
                   const QueryOptions& options = {}) const;
     /// Counts all hits: counts[i] is the number of those of rays[i]. Throws as intersect().
@@ -228,22 +264,26 @@ public:
                Crossing crossing = Crossing::once, const QueryOptions& options = {}) const;
 
     /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
-    /// without an area. Corners are counter-clockwise as seen from where the normal points.
-    /// `smooth` interpolates the normals of Appearance::smooth, as lit images do, in O(triangles)
-    /// after an update. Throws bad_argument if sizes differ or a hit is none of this scene.
+    /// without an area. The corners of a triangle are counter-clockwise as seen from where its
+    /// normal points. `smooth` interpolates the normals of the corners, as lit images do, where
+    /// Appearance::smooth gives them. O(triangles) for the first smooth ones after an update.
+    /// Throws bad_argument if sizes differ or a hit is none of this scene.
     void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
-    /// closed mesh whose triangles are counter-clockwise as seen from outside, 0 outside; meshes
-    /// add up. It is how often a half-line from the point along +z leaves the meshes, minus how
-    /// often it enters them (Crossing::owner), exactly for the coordinates given.
+    /// closed mesh whose triangles are counter-clockwise as seen from outside, 0 outside; nested
+    /// and overlapping meshes add up. It counts how often a half-line from the point along +z
+    /// leaves the meshes, minus how often it enters them (Crossing::owner). It is exact for the
+    /// coordinates given: no rounding decides, however close to the surface a point lies.
     ///
-    /// - A point on the surface has the winding of p + (e, e^2, e^3) for e -> 0.
-    /// - With holes, the number says nothing about inside. T-joints that no triangle closes are
-    ///   holes without a width, and self-intersections are overlaps.
-    /// - Triangles with a corner that is left out (Update::left_out) do not count; a point that is
-    ///   not finite is outside. Coordinates below 2^-37 of the scene's extent are rounded to 2^-60
-    ///   of it.
+    /// - A point on the surface has the winding of one of its neighbours, that of
+    ///   p + (e, e^2, e^3) for e -> 0; contains() tells it apart.
+    /// - The half-line of a mesh with holes may leave through one: then the number is that of the
+    ///   crossings, and says nothing about inside. T-joints that no triangle closes are holes
+    ///   without a width, and self-intersections are overlaps.
+    /// - Triangles with a corner that is left out (Update::left_out) do not count, so that a closed
+    ///   mesh that loses some is open; a point that is not finite is
+    ///   outside. Coordinates below 2^-37 of the scene's extent are rounded to 2^-60 of it.
     ///
     /// Throws as intersect().
     void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
@@ -254,19 +294,21 @@ public:
                   FillRule rule = FillRule::nonzero, const QueryOptions& options = {}) const;
 
     /// Finds the closest points of the meshes no farther than max_distance: closest[i] answers
-    /// points[i]; none for a point that is not finite. Triangle, feature and place are exact but
-    /// for the rounding of the place. The distance is at most 2 ulp off, and 0 only on the triangle
-    /// (docs/design/arithmetic.md, "Distances"). The host's threads answer for a device, too: the
-    /// first call after an update reads the tree back. Throws bad_argument for a max_distance that
-    /// is negative or NaN; otherwise as intersect().
+    /// points[i]. Triangle, feature and place are exact but for the rounding of the place. The
+    /// distance is that of the exact place, at most 2 ulp off, and 0 only on the triangle
+    /// (docs/design/arithmetic.md, "Distances"). None is found for a point that is not finite. The
+    /// host's threads answer for a device, too: the first call after an update reads the tree back.
+    /// Throws bad_argument for a max_distance that is negative or NaN; otherwise throws as
+    /// intersect().
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance = std::numeric_limits<float>::infinity(),
                         const QueryOptions& options = {}) const;
-    /// The distances from points to the meshes, negative inside by the rule of contains(), 0 on a
-    /// triangle. Up to 2^-14 of the scene's size and of the point's distance from its middle they
-    /// are those of closest_points(). Farther ones are off by up to 2^-21 of the distance of the
-    /// closest triangle's farthest corner, or by a step of denormals. Infinity, negative inside, if
-    /// nothing is found; NaN for a point that is not finite. Throws as closest_points().
+    /// The distances from points to the meshes, negative inside by the rule of contains(), 0 for a
+    /// point that lies on a triangle. Up to 2^-14 of the scene's size and of the point's distance
+    /// from its middle they are those of closest_points(), and need the tree as these do. Farther
+    /// ones take less time, and are off by up to 2^-21 of the distance of the closest triangle's
+    /// farthest corner, or by a step of denormals. Infinity, negative inside, if nothing is found
+    /// within max_distance; NaN for a point that is not finite. Throws as closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
                          float max_distance = std::numeric_limits<float>::infinity(),
@@ -276,17 +318,22 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
-    /// The same into `image`, whose memory it uses again; of nothing in particular if it throws.
+    /// The same into `image`, whose memory it uses again: for sequences of images, where allocation
+    /// takes longer than tracing. Not two calls with one image at the same time. If it throws,
+    /// `image` is a valid image, but of nothing in particular.
     void render(const View& view, Image& image) const;
 
-    /// A scene over the same meshes at the current pose, with a copy of this tree on another
-    /// device. It has the same options, but for SceneOptions::cancel. Throws as build().
+    /// A scene over the same meshes with a copy of this tree on another device, at the current
+    /// pose. Afterwards both go their own ways. It has the same options, but `cancel` takes the
+    /// place of SceneOptions::cancel. Throws what build() throws.
     Scene on(const Device& device, const std::atomic<bool>* cancel = nullptr) const;
 
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;
-    /// The boxes of the tree at a depth, in the caller's coordinates: at 0 that of the whole scene,
-    /// at 1 those of the root's children, and so on, without leaves above. Reads the tree back.
+
+    /// The boxes of the tree at a depth, in world space: at 0 that of the whole scene, at 1 those
+    /// of the root's children, and so on; leaves above the depth are left out. Empty below the
+    /// tree. Reads the tree back from a device, which takes O(n).
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
@@ -297,11 +344,12 @@ public:
     Point plus_origin(const Vec3& point) const;
     std::uint64_t triangle_count() const;
     std::uint64_t vertex_count() const;
-    /// The bounds at the current pose of all vertices that triangles use and that are not left out;
-    /// lower > upper if there are none.
+    /// The bounds at the current pose of all vertices but those that are left out or that no
+    /// triangle uses; lower > upper if there are none.
     Box bounds() const;
-    /// Counts the edges of triangles without vertices that are left out, at the pose of the first
-    /// call with these meshes, which takes some 0.5 us a triangle.
+    /// Counts edges, but for those of triangles with a vertex that is left out, at the pose at
+    /// which this is first called with these meshes, which takes some 0.5 us a triangle; afterwards
+    /// nothing.
     EdgeCounts edge_counts() const;
 
 private:

@@ -54,7 +54,7 @@ struct QueryArray {
     const float* data = nullptr;
     std::size_t count = 0;
     std::size_t columns = 8;
-    /// Of the results.
+    /// The shape of the results.
     std::vector<py::ssize_t> shape;
 };
 

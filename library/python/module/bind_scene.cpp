@@ -231,7 +231,8 @@ t is the depth along the viewing direction. Several samples a pixel are a square
                                "uint32, as hits: occluded secondary rays of each camera ray.")
         .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
         .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
-        .def_readonly("hits_hash", &Image::hits_hash, "XXH3 (64 bits) of hits and occlusion.")
+        .def_readonly("hits_hash", &Image::hits_hash,
+                      "XXH3 (64 bits) of hits and occlusion: the same on every device and machine.")
         .def_readonly("image_hash", &Image::image_hash, "XXH3 (64 bits) of the pixels.")
         .def(
             "save",
@@ -327,7 +328,8 @@ void bind_update(py::module_& module) {
         .def_readonly("leaf_count", &TreeStatistics::leaf_count)
         .def_readonly("depth", &TreeStatistics::depth)
         .def_readonly("bytes", &TreeStatistics::bytes)
-        .def_readonly("hash", &TreeStatistics::hash, "XXH3 (64 bits) of nodes and leaves.")
+        .def_readonly("hash", &TreeStatistics::hash,
+                      "XXH3 (64 bits) of nodes and leaves: the same on every device.")
         .def("__repr__", [](const TreeStatistics& tree) {
             return fmt::format("<morphray.TreeStatistics {} nodes, {} leaves>", tree.node_count,
                                tree.leaf_count);
@@ -353,9 +355,9 @@ void bind_scene(py::module_& module) {
     py::class_<PyScene> scene_class(module, "Scene",
                                     R"(Deforming triangle meshes, the tree over them, and queries.
 
-points:    (V, 3) float32 or float64, any distance apart: a numpy.ndarray, or what has __dlpack__ on the
-           CPU. Borrowed: each update() reads the array in place, so write into it (points[:] = ...),
-           and do not resize it. A list is copied: later poses are given to update(). Triangles with
+points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.ndarray, or what has
+           __dlpack__ on the CPU. Borrowed: each update() reads the array in place, so write into it
+           (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list is copied: later poses are given to update(). Triangles with
            points that are NaN or infinite are never hit.
 triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
@@ -380,8 +382,8 @@ origin:    three numbers that are subtracted in float64 from all points and rays
            A warning tells if points are moved so far all the same.
 
 Any number of threads may query a scene at the same time. A change, update(), attach() or detach(), that
-meets another call raises Error "busy". Ctrl-C ends queries, images, Scene() and update(), after which the
-scene is of no use any more.
+meets another call raises Error "busy". Ctrl-C ends queries, images, Scene() and update(); a scene whose
+update() it ended is of no use any more.
 
 Raises TypeError for another dtype, ValueError for a shape or strides that do not fit, Error "bad_input"
 for an index out of range, "bad_argument", "unavailable" and "limit".)");
@@ -430,7 +432,7 @@ With geom_id it reads count points of one mesh from first on, or all from there.
 What is None is chosen so that the bounds of the scene fill the image.
 
 size:        (width, height) in pixels, from 1 to 65536 a side and at most 2^28 in all
-eye, target, up, light: three numbers each
+eye, target, up, light: three numbers each, in the units of the points
 fov:         vertical, in degrees
 rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" (and
              ambient-occlusion rays from each hit)
@@ -458,7 +460,8 @@ Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
              "Reads the tree back from the device.")
         .def_property_readonly("device", &PyScene::device, "The Device that traces.")
         .def_property_readonly("bounds", &bounds,
-                               "(lower, upper), two (3,) float64; lower > upper without points.")
+                               "(lower, upper), two (3,) float64, of the finite points; lower > "
+                               "upper without any.")
         .def_property_readonly(
             "origin",
             [](PyScene& scene) { return py::array_t<double>(3, scene.scene().origin().data()); },

@@ -129,6 +129,16 @@ TEST_F(TextureFiles, ThePngFilesOfTheProgramHaveTheirPixels) {
     }
 }
 
+TEST_F(TextureFiles, JpegWithADamagedByteIsReadOrRefusedButNothingElse) {
+    const std::string whole = jpeg_file(17, 9, {.progressive = true});
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+        std::string bytes = whole;
+        bytes[at] = static_cast<char>(bytes[at] ^ 0xFF);
+        const auto kind = test::kind_of([&] { read(bytes); });
+        EXPECT_TRUE(!kind || kind == ErrorKind::kBadInput || kind == ErrorKind::kLimit) << at;
+    }
+}
+
 TEST_F(TextureFiles, PngWithADamagedByteAnywhereIsRefusedTextsIncluded) {
     const Image image{
         3, 2, {0xFF000001, 0xFF020304, 0xFF050607, 0xFF08090A, 0xFF0B0C0D, 0xFF0E0F10}};
