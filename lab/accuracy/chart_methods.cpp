@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
@@ -16,8 +15,9 @@
 #endif
 
 namespace mray::lab {
+namespace {
 
-struct ChartMethods::Peers {
+struct Peers {
     explicit Peers(const ChartScene& scene)
         : tree(build_paper_tree(scene.topology, scene.scene_space.positions)) {
         refit(tree, scene.topology, scene.world_space.positions);
@@ -35,16 +35,17 @@ struct ChartMethods::Peers {
 #endif
 };
 
-namespace {
-
-/// Brute force traces as many tiles as take about this many tests of triangles.
-constexpr std::size_t kBruteTests = 20'000'000;
-
-Tracer brute_tracer(const ChartScene& scene, const RaySet& set) {
-    using Brute = cpu::OneByOne<cpu::BruteTracer>;
-    const cpu::BruteTracer brute(scene.topology, scene.scene_space.positions);
-    return batch_tracer("brute force", RaysAtOnce::kStream, std::make_shared<const Brute>(brute),
-                        set);
+/// As many tiles as take brute force about 2 * 10^7 tests of triangles, where most rays are.
+TileRange brute_tiles(const ChartScene& scene, const RaySet& set) {
+    const auto rays_of = [&](const TileRays& tile) {
+        return std::ranges::count(std::span(set.active).subspan(tile.begin, tile.end - tile.begin),
+                                  1);
+    };
+    const std::size_t first = static_cast<std::size_t>(
+        std::ranges::max_element(set.tiles, {}, rays_of) - set.tiles.begin());
+    const std::size_t tile_tests = (scene.topology.triangles.size() + 1) * kTileSize * kTileSize;
+    const std::size_t count = std::max<std::size_t>(1, 20'000'000 / tile_tests);
+    return {first, std::min(set.tiles.size(), first + count)};
 }
 
 Tracer device_tracer(const ChartDevice& device, const RaySet& set) {
@@ -65,81 +66,59 @@ Tracer device_tracer(const ChartDevice& device, const RaySet& set) {
             .answers = [answers] { return *answers; }};
 }
 
-/// "packets" for "packet", "light packets" for shadow rays.
-std::string name_of_ours(const Tracer& tracer, RayKind kind) {
-    if (tracer.name == "single") return tracer.name;
-    return fmt::format("{}{}s", kind == RayKind::kShadow && tracer.name == "packet" ? "light " : "",
-                       tracer.name);
-}
-
 }  // namespace
 
-ChartMethods::ChartMethods(const ChartScene& scene, std::vector<ChartDevice> devices)
-    : scene_(scene), devices_(std::move(devices)), peers_(std::make_unique<Peers>(scene)) {
-    for (const ChartDevice& device : devices_)
+MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice>& devices) {
+    for (const ChartDevice& device : devices)
         device.backend->set_scene(scene.topology, scene.scene_space.positions,
                                   scene.scene_space.bvh);
-}
-
-ChartMethods::~ChartMethods() = default;
-
-std::vector<ChartTracer> ChartMethods::operator()(const ChartRays& rays) const {
-    const RaySet& ours = rays.scene_space;
-    const RaySet& theirs = rays.world_space;
-    std::vector<ChartTracer> tracers;
-    const auto add = [&](std::string method, std::string family, bool in_scene_space, bool slow,
-                         Tracer tracer) {
-        tracers.push_back({std::move(method), std::move(family), in_scene_space, slow, ours.whole(),
-                           std::move(tracer)});
-    };
-    const Bvh& bvh = scene_.scene_space.bvh;
-    add("brute force", "ours", true, true, brute_tracer(scene_, ours));
-    const std::size_t tile_tests =
-        std::max<std::size_t>(1, scene_.topology.triangles.size()) * kTileSize * kTileSize;
-    // Where most rays are.
-    const std::vector<TileRays>& tiles = ours.tiles;
-    const auto rays_of = [&](const TileRays& tile) {
-        return std::accumulate(ours.active.begin() + static_cast<std::ptrdiff_t>(tile.begin),
-                               ours.active.begin() + static_cast<std::ptrdiff_t>(tile.end),
-                               std::size_t{0});
-    };
-    const auto fullest = std::ranges::max_element(tiles, {}, rays_of);
-    const auto first = static_cast<std::size_t>(fullest - tiles.begin());
-    const std::size_t count = std::max<std::size_t>(1, kBruteTests / tile_tests);
-    tracers.back().tiles = {first, std::min(tiles.size(), first + count)};
-    add("scalar", "ours", true, true, reference_tracer(bvh, ours));
-    for (Tracer& tracer : our_tracers(bvh, best_simd_target(), ours)) {
-        const bool slow = tracer.name != "packet";
-        std::string name = name_of_ours(tracer, ours.kind);
-        add(std::move(name), "ours", true, slow, std::move(tracer));
-    }
-    for (const ChartDevice& device : devices_)
-        add(device.name, "Vulkan", true, true, device_tracer(device, ours));
-    if (ours.in_packets())
-        add("2007 packets", "2007", false, false, paper_tracer(peers_->tree, theirs));
+    return [&scene, devices, peers = std::make_shared<const Peers>(scene)](const ChartRays& rays) {
+        const RaySet& ours = rays.scene_space;
+        const RaySet& theirs = rays.world_space;
+        std::vector<ChartTracer> tracers;
+        const auto add = [&](std::string method, std::string family, bool slow,
+                             const Tracer& tracer) {
+            tracers.push_back({std::move(method), std::move(family), slow, tracer, ours.whole()});
+        };
+        using Brute = cpu::OneByOne<cpu::BruteTracer>;
+        const cpu::BruteTracer brute(scene.topology, scene.scene_space.positions);
+        add("brute force", "ours", true,
+            batch_tracer("", RaysAtOnce::kStream, std::make_shared<const Brute>(brute), ours));
+        tracers.back().tiles = brute_tiles(scene, ours);
+        add("scalar", "ours", true, reference_tracer(scene.scene_space.bvh, ours));
+        for (const Tracer& tracer : our_tracers(scene.scene_space.bvh, best_simd_target(), ours)) {
+            const bool packets = tracer.name == "packet";
+            const bool light = packets && ours.kind == RayKind::kShadow;
+            add(fmt::format("{}{}{}", light ? "light " : "", tracer.name,
+                            tracer.name == "single" ? "" : "s"),
+                "ours", !packets, tracer);
+        }
+        for (const ChartDevice& device : devices)
+            add(device.name, "Vulkan", true, device_tracer(device, ours));
+        if (ours.in_packets())
+            add("2007 packets", "2007", false, paper_tracer(peers->tree, theirs));
 #ifdef MORPHRAY_EMBREE
-    for (Tracer& tracer : embree_peers(peers_->embree, theirs)) {
-        // "Intersect16 robust MEDIUM all"
-        const bool one = tracer.name.find("1 ") != std::string::npos;
-        if (!one && tracer.name.find("16 ") == std::string::npos) continue;
-        if (one && tracer.at_once != RaysAtOnce::kOne) continue;
-        const char* const mode =
-            tracer.name.find("robust") < tracer.name.size() ? "robust" : "fast";
-        const char* const tree = tracer.name.find("HIGH") < tracer.name.size() ? "HIGH" : "MEDIUM";
-        add(fmt::format("Embree {} {} {}", one ? "1" : "16", mode, tree),
-            fmt::format("Embree {}", mode), false, false, std::move(tracer));
-    }
+        for (const Tracer& tracer : embree_peers(peers->embree, theirs)) {
+            // Of "Intersect16 robust MEDIUM all" what follows the function's name; one ray a call
+            // or 16.
+            const std::string name = tracer.name.substr(tracer.name.find_first_of("123456789"));
+            if (tracer.at_once != RaysAtOnce::kOne && !name.starts_with("16 ")) continue;
+            const bool robust = name.find("robust") != std::string::npos;
+            add("Embree " + name.substr(0, name.rfind(' ')),
+                robust ? "Embree robust" : "Embree fast", false, tracer);
+        }
 #endif
-    for (Tracer& tracer : rule_tracers(peers_->tree, theirs)) {
-        std::string name = "rule " + tracer.name;
-        add(std::move(name), "rules", false, true, std::move(tracer));
-    }
-    return tracers;
+        for (const Tracer& tracer : rule_tracers(peers->tree, theirs))
+            add("rule " + tracer.name, "rules", true, tracer);
+        return tracers;
+    };
 }
+
+bool in_scene_space(const std::string& family) { return family == "ours" || family == "Vulkan"; }
 
 std::string embree_name() {
 #ifdef MORPHRAY_EMBREE
-    return "Embree " + embree_version(EmbreeDevice(0, ""));
+    return "Embree " RTC_VERSION_STRING;
 #else
     return "without Embree";
 #endif
@@ -161,18 +140,23 @@ std::vector<ChartPoint> measure(const ChartScene& scene, const MakeTracers& make
         const std::vector<ChartTracer> tracers = make_tracers(rays);
         if (points.empty())
             for (const ChartTracer& one : tracers)
-                points.push_back({kind, one.method, one.family, one.in_scene_space, {}});
-        for (std::size_t turn = 0; turn < tracers.size(); ++turn) {
+                points.push_back({kind, one.method, one.family, {}});
+        std::vector<std::vector<double>> times(tracers.size());
+        for (std::size_t turn = 0; turn < effort.rounds * tracers.size(); ++turn) {
             const std::size_t at = (turn + chunk) % tracers.size();
             const ChartTracer& one = tracers[at];
             if (one.slow && chunk >= effort.slow_chunks) continue;
             // To warm up.
             one.tracer.trace({one.tiles.begin, std::min(one.tiles.begin + 2, one.tiles.end)});
-            const double ms = timed([&] { one.tracer.trace(one.tiles); });
-            const Judge& judge = one.in_scene_space ? our_judge : their_judge;
+            times[at].push_back(timed([&] { one.tracer.trace(one.tiles); }));
+            if (times[at].size() < effort.rounds) continue;
+            const Judge& judge = in_scene_space(one.family) ? our_judge : their_judge;
             Score score = judge.score(one.tracer.answers(), one.tiles);
-            score.ms = ms;
-            score.mrays.push_back(score.mrays_per_second());
+            for (const double ms : times[at]) {
+                score.ms = ms;
+                score.mrays.push_back(score.mrays_per_second());
+            }
+            score.ms = median(times[at]);
             points[at].score += score;
         }
         done();

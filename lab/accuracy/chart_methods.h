@@ -24,12 +24,11 @@ struct ChartTracer {
     std::string method;
     /// "ours", "Vulkan", "2007", "Embree fast", "Embree robust" or "rules".
     std::string family;
-    bool in_scene_space = true;
     /// Methods that are slow trace fewer rays than the others.
-    bool slow = false;
+    bool slow;
+    Tracer tracer;
     /// Of a chunk; a few for brute force.
     TileRange tiles;
-    Tracer tracer;
 };
 
 /// A device, its name in charts, and in full with its driver.
@@ -39,24 +38,14 @@ struct ChartDevice {
     std::shared_ptr<Backend> backend;
 };
 
-/// What the methods need, made once for a scene, which outlives it.
-class ChartMethods {
-public:
-    /// Hands the scene to the devices.
-    ChartMethods(const ChartScene& scene, std::vector<ChartDevice> devices);
-    ~ChartMethods();
+/// Makes the methods' tracers of some rays, which outlive them; methods come in the same order each
+/// time. Methods of Embree share the memory of their answers, so that these are read after each
+/// trace.
+using MakeTracers = std::function<std::vector<ChartTracer>(const ChartRays&)>;
 
-    /// Of each method that has a way for rays of this kind. The rays outlive the tracers. Methods
-    /// of Embree share the memory of their answers, so that these are read after each trace.
-    std::vector<ChartTracer> operator()(const ChartRays& rays) const;
-
-private:
-    struct Peers;
-
-    const ChartScene& scene_;
-    std::vector<ChartDevice> devices_;
-    std::unique_ptr<Peers> peers_;
-};
+/// All methods that have a way for rays of a kind, over a scene that outlives them. Hands the scene
+/// to the devices.
+MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice>& devices);
 
 /// "Embree 3.13.5", or that there is none.
 std::string embree_name();
@@ -64,10 +53,12 @@ std::string embree_name();
 /// How many rays a chart takes.
 struct Effort {
     std::size_t chunk_rays;
-    std::size_t chunks;
+    std::size_t chunks = 1;
     /// Of slow methods, and of failure scenes.
-    std::size_t slow_chunks;
-    std::size_t failure_rays;
+    std::size_t slow_chunks = 1;
+    std::size_t failure_rays = 0;
+    /// How often each method traces a chunk; its time is the median.
+    std::size_t rounds = 1;
 };
 /// Takes at most a minute for a scene on two cores.
 inline constexpr Effort kQuickEffort{
@@ -81,12 +72,11 @@ struct ChartPoint {
     RayKind kind;
     std::string method;
     std::string family;
-    bool in_scene_space;
     Score score;
 };
 
-/// Makes the methods' tracers of some rays; methods come in the same order each time.
-using MakeTracers = std::function<std::vector<ChartTracer>(const ChartRays&)>;
+/// Whether methods of a family trace scene space, as the program's own do, or world space.
+bool in_scene_space(const std::string& family);
 
 /// Speed and accuracy of all methods, each by the same calls with the same rays. Methods trace in
 /// turn, so that a disturbance affects all. Calls `done` after each chunk.

@@ -15,6 +15,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "scenes/procedural/surfaces.h"
 
 namespace mray::lab {
 namespace {
@@ -33,31 +34,22 @@ private:
     std::mt19937_64 bits_;
 };
 
-/// The same tree over the positions in world space, with boxes of these floats.
+/// The same tree with boxes around the positions in world space. Nothing reads the leaves'
+/// vertices.
 Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     std::vector<Box> leaf_boxes(bvh.leaves.size());
-    for (std::size_t i = 0; i < bvh.leaves.size(); ++i) {
-        for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
-            const vec3 p = positions[bvh.leaf_vertices[i * kLeafVertices + slot]];
-            LeafVertex& v = bvh.leaves[i].vertex[slot];
-            v.x = p.x;
-            v.y = p.y;
-            v.z = p.z;
-            if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
-                leaf_boxes[i].extend(p);
-        }
+    for (std::size_t i = 0; i < bvh.leaf_vertices.size(); ++i) {
+        const vec3 p = positions[bvh.leaf_vertices[i]];
+        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+            leaf_boxes[i / kLeafVertices].extend(p);
     }
     // Parents come before their children.
-    std::vector<Box> node_boxes(bvh.nodes.size());
     for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
         Node& node = bvh.nodes[i];
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
-            const std::uint32_t child = node.child[slot];
-            const Box& box =
-                (child & kLeafBit) != 0 ? leaf_boxes[child & ~kLeafBit] : node_boxes[child];
-            set_slot_box(node, slot, box);
-            node_boxes[i].extend(box);
-        }
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            set_slot_box(node, slot,
+                         is_leaf(child) ? leaf_boxes[leaf_of(child)] : node_box(bvh.nodes[child]));
+        });
     }
     return bvh;
 }
@@ -90,7 +82,7 @@ RaySet camera_rays(const ChartScene& scene, std::size_t chunk, std::uint32_t sid
 }
 
 /// Where the rays of a grid go: pixel (x, y) to forward + (x - 31.5) right + (y - 31.5) down.
-struct Grid {
+struct RayGrid {
     dvec3 org, right, down, forward;
 
     /// The direction of a place in pixels.
@@ -112,7 +104,7 @@ struct Grid {
 constexpr double kMostTurn = 0.4;
 
 /// The ray of pixel (x, y), which hits a triangle, turned to its nearest corner or edge.
-vec3 aimed_direction(const Grid& grid, double x, double y, const std::array<dvec3, 3>& corner) {
+vec3 aimed_direction(const RayGrid& grid, double x, double y, const std::array<dvec3, 3>& corner) {
     std::array<dvec3, 3> place;
     for (std::size_t i = 0; i < 3; ++i) {
         place[i] = grid.place(corner[i]);
@@ -140,7 +132,7 @@ vec3 aimed_direction(const Grid& grid, double x, double y, const std::array<dvec
 }
 
 /// An origin near to a target, around the scene, far away or inside, and axes towards the target.
-Grid make_grid(const ChartScene& scene, Random& random, std::size_t number) {
+RayGrid make_grid(const ChartScene& scene, Random& random, std::size_t number) {
     constexpr std::array kReach = {0.02, 1.0, 3.0, 0.3};
     const std::vector<vec3>& positions = scene.scene_space.positions;
     const uvec3 t = scene.targets[random.below(scene.targets.size())];
@@ -171,7 +163,7 @@ RaySet aimed_tiles(const ChartScene& scene, std::size_t chunk, std::size_t tiles
     const cpu::ScalarTracer tracer(scene.scene_space.bvh);
     tbb::parallel_for(std::size_t{0}, tiles, [&](std::size_t number) {
         Random random(1000003 * chunk + number);
-        const Grid grid = make_grid(scene, random, number);
+        const RayGrid grid = make_grid(scene, random, number);
         std::size_t at = number * kTileRays;
         for_each_pixel(tile, [&](std::uint32_t x, std::uint32_t y) {
             Ray& ray = set.rays[at++];
@@ -207,19 +199,16 @@ RaySet rays_in_any_order(const ChartScene& scene, std::size_t chunk, std::size_t
     constexpr std::size_t kAlongAxis = 8;
     for (std::size_t i = 0; i < count; ++i) {
         const uvec3 t = scene.targets[random.below(scene.targets.size())];
-        const std::array<vec3, 3> corner{positions[t.x], positions[t.y], positions[t.z]};
+        const dvec3 corner(positions[t.x]);
         // A corner, a point of an edge, a point of the triangle.
         const double u = i % 3 == 0 ? 0 : random.real(0, 1);
         const double v = i % 3 < 2 ? 0 : random.real(0, 1 - u);
         const double reach = i % 2 == 0 ? 3 * kSceneExtent : kSceneExtent;
+        const vec3 target(corner + u * (dvec3(positions[t.y]) - corner) +
+                          v * (dvec3(positions[t.z]) - corner));
         vec3 org;
-        vec3 target;
-        for (int axis = 0; axis < 3; ++axis) {
+        for (int axis = 0; axis < 3; ++axis)
             org[axis] = static_cast<float>(random.real(-reach, reach));
-            target[axis] = static_cast<float>(corner[0][axis] +
-                                              u * (double{corner[1][axis]} - corner[0][axis]) +
-                                              v * (double{corner[2][axis]} - corner[0][axis]));
-        }
         const bool along = i % kAlongAxis == kAlongAxis - 1;
         const auto axis = static_cast<int>(i / kAlongAxis % 3);
         if (along) {
@@ -242,130 +231,76 @@ RaySet rays_in_any_order(const ChartScene& scene, std::size_t chunk, std::size_t
     return set;
 }
 
-constexpr double kTurn = 2 * std::numbers::pi;
+Albedo plain(std::uint32_t, std::uint32_t) { return kDefaultAlbedo; }
 
-class Builder {
-public:
-    std::uint32_t vertex(double x, double y, double z) {
-        scene_.positions.emplace_back(static_cast<float>(x), static_cast<float>(y),
-                                      static_cast<float>(z));
-        return static_cast<std::uint32_t>(scene_.positions.size() - 1);
-    }
-    void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-        scene_.topology.triangles.push_back({a, b, c});
-    }
-    void quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-        triangle(a, b, c);
-        triangle(a, c, d);
-    }
-    ChartInput finish(std::string name) {
-        scene_.name = std::move(name);
-        scene_.topology.vertex_count = static_cast<std::uint32_t>(scene_.positions.size());
-        scene_.topology.albedo.assign(scene_.topology.triangles.size(), kDefaultAlbedo);
-        return std::move(scene_);
-    }
-
-private:
-    ChartInput scene_;
-};
-
-/// A sphere of rings and sectors, closed, with two fans at its poles.
-Builder sphere(double radius, const std::array<double, 3>& centre) {
-    constexpr std::uint32_t kRings = 24;
-    constexpr std::uint32_t kSectors = 32;
-    Builder build;
-    const auto at = [&](double polar, double around) {
-        return build.vertex(centre[0] + radius * std::sin(polar) * std::cos(around),
-                            centre[1] + radius * std::cos(polar),
-                            centre[2] + radius * std::sin(polar) * std::sin(around));
-    };
-    const std::uint32_t top = at(0, 0);
-    for (std::uint32_t i = 1; i < kRings; ++i) {
-        for (std::uint32_t j = 0; j < kSectors; ++j)
-            at(std::numbers::pi * i / kRings, kTurn * j / kSectors);
-    }
-    const std::uint32_t bottom = at(std::numbers::pi, 0);
-    const auto id = [&](std::uint32_t ring, std::uint32_t sector) {
-        return 1 + (ring - 1) * kSectors + sector % kSectors;
-    };
-    for (std::uint32_t j = 0; j < kSectors; ++j) {
-        build.triangle(top, id(1, j), id(1, j + 1));
-        for (std::uint32_t i = 1; i + 1 < kRings; ++i)
-            build.quad(id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1));
-        build.triangle(bottom, id(kRings - 1, j + 1), id(kRings - 1, j));
-    }
-    return build;
+ChartInput sphere(std::string name, double radius, const dvec3& centre) {
+    const Sphere shape(1500);
+    ChartInput made{std::move(name), {}, {}};
+    shape.append_to(made.topology, plain);
+    for (std::uint32_t i = 0; i < shape.vertex_count(); ++i)
+        made.positions.push_back(round_to_float(centre + radius * shape.direction(i)));
+    return made;
 }
 
 ChartInput needles() {
-    Builder build;
+    ChartInput made{"needles", {}, {}};
     Random random(1);
-    for (int i = 0; i < 400; ++i) {
-        std::array<double, 3> base;
-        for (double& x : base) x = random.real(-1, 1);
+    for (std::uint32_t i = 0; i < 400; ++i) {
+        dvec3 base;
+        for (int axis = 0; axis < 3; ++axis) base[axis] = random.real(-1, 1);
         // The tips point to the default camera.
-        const double way = random.real(0.3, 0.6);
-        const std::uint32_t a = build.vertex(base[0], base[1], base[2]);
-        const std::uint32_t b = build.vertex(base[0] + 1e-4, base[1] + 1e-4, base[2]);
-        const std::uint32_t c =
-            build.vertex(base[0] + way * (2 - base[0]), base[1] + way * (2 - base[1]),
-                         base[2] + way * (5 - base[2]));
-        build.triangle(a, b, c);
+        const dvec3 tip = base + random.real(0.3, 0.6) * (dvec3(2, 2, 5) - base);
+        for (const dvec3& p : {base, base + dvec3(1e-4, 1e-4, 0), tip})
+            made.positions.push_back(round_to_float(p));
+        append_triangle(made.topology, 3 * i, 3 * i + 1, 3 * i + 2, kDefaultAlbedo);
     }
-    return build.finish("needles");
+    made.topology.vertex_count = 3 * 400;
+    return made;
 }
 
 /// Thin triangles around one vertex that all rays at it must hit.
 ChartInput fan() {
     constexpr std::uint32_t kBlades = 2000;
-    Builder build;
-    const std::uint32_t middle = build.vertex(0.1, 0.2, 0.3);
+    ChartInput made{"fan", {}, {{0.1f, 0.2f, 0.3f}}};
     for (std::uint32_t i = 0; i < kBlades; ++i) {
-        const double angle = kTurn * i / kBlades;
-        build.vertex(std::cos(angle), std::sin(angle), 0.2 * std::sin(5 * angle));
+        const double angle = 2 * std::numbers::pi * i / kBlades;
+        made.positions.push_back(
+            round_to_float({std::cos(angle), std::sin(angle), 0.2 * std::sin(5 * angle)}));
+        append_triangle(made.topology, 0, 1 + i, 1 + (i + 1) % kBlades, kDefaultAlbedo);
     }
-    for (std::uint32_t i = 0; i < kBlades; ++i)
-        build.triangle(middle, 1 + i, 1 + (i + 1) % kBlades);
-    return build.finish("fan");
+    made.topology.vertex_count = 1 + kBlades;
+    return made;
 }
 
-/// A wavy sheet `copies` times in the same place, every second one turned around.
-ChartInput sheets(const std::string& name, std::uint32_t copies, double apart) {
-    constexpr std::uint32_t kCells = 24;
-    Builder build;
-    for (std::uint32_t copy = 0; copy < copies; ++copy) {
-        const auto first = copy * (kCells + 1) * (kCells + 1);
-        for (std::uint32_t i = 0; i <= kCells; ++i) {
-            for (std::uint32_t j = 0; j <= kCells; ++j) {
-                const double x = 2.0 * i / kCells - 1;
-                const double y = 2.0 * j / kCells - 1;
-                build.vertex(x, y, 0.2 * std::sin(3 * x + 2 * y) + apart * copy);
-            }
-        }
-        const auto at = [&](std::uint32_t i, std::uint32_t j) {
-            return first + i * (kCells + 1) + j;
-        };
-        for (std::uint32_t i = 0; i < kCells; ++i) {
-            for (std::uint32_t j = 0; j < kCells; ++j) {
-                if (copy % 2 == 0) {
-                    build.quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-                } else {
-                    build.quad(at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j));
-                }
-            }
+/// A wavy sheet four times in the same place, every second one turned around.
+ChartInput sheets(std::string name, double apart) {
+    const Sheet sheet(1152);
+    const auto [rows, columns] = sheet.grid();
+    ChartInput made{std::move(name), {}, {}};
+    std::vector<uvec3>& triangles = made.topology.triangles;
+    for (int copy = 0; copy < 4; ++copy) {
+        sheet.append_to(made.topology, plain);
+        if (copy % 2 == 1)
+            for (uvec3& t : std::span(triangles).last(sheet.triangle_count())) std::swap(t.y, t.z);
+        for (std::uint32_t i = 0; i < sheet.vertex_count(); ++i) {
+            const double x = 2.0 * (i / (columns + 1)) / rows - 1;
+            const double y = 2.0 * (i % (columns + 1)) / columns - 1;
+            made.positions.push_back(
+                round_to_float({x, y, 0.2 * std::sin(3 * x + 2 * y) + apart * copy}));
         }
     }
-    return build.finish(name);
+    return made;
 }
 
 ChartInput detail() {
-    Builder build = sphere(1, {1000, 1, 1000});
-    const std::uint32_t a = build.vertex(-5e5, 0, -5e5);
-    const std::uint32_t b = build.vertex(5e5, 0, -5e5);
-    const std::uint32_t c = build.vertex(5e5, 0, 5e5);
-    const std::uint32_t d = build.vertex(-5e5, 0, 5e5);
-    build.quad(a, b, c, d);
-    return build.finish("detail 1 in 1e6");
+    ChartInput made = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
+    std::uint32_t& count = made.topology.vertex_count;
+    append_triangle(made.topology, count, count + 1, count + 2, kDefaultAlbedo);
+    append_triangle(made.topology, count, count + 2, count + 3, kDefaultAlbedo);
+    for (const auto& [x, z] : {std::pair(-5e5f, -5e5f), {5e5f, -5e5f}, {5e5f, 5e5f}, {-5e5f, 5e5f}})
+        made.positions.emplace_back(x, 0.0f, z);
+    count += 4;
+    return made;
 }
 
 }  // namespace
@@ -415,14 +350,11 @@ RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk,
 }
 
 RaySet to_world(RaySet rays, const SceneSpace& space) {
-    const auto length = [&](float scene) {
-        return std::min(static_cast<float>(space.length_to_world(scene)), kInfiniteT);
-    };
-    const auto convert = [&](Ray& ray) {
+    for (Ray& ray : rays.rays) {
         ray.org = space.to_world(ray.org);
-        if (ray.tfar < kInfiniteT) ray.tfar = length(ray.tfar);
-    };
-    for (Ray& ray : rays.rays) convert(ray);
+        if (ray.tfar < kInfiniteT)
+            ray.tfar = std::min(static_cast<float>(space.length_to_world(ray.tfar)), kInfiniteT);
+    }
     // Only the program's own packets take these.
     rays.stored.clear();
     for (std::size_t i = 0; i < rays.rays.size() && !rays.shadows.empty(); ++i)
@@ -433,18 +365,16 @@ RaySet to_world(RaySet rays, const SceneSpace& space) {
 }
 
 std::vector<ChartInput> failure_scenes() {
-    std::vector<ChartInput> scenes;
-    scenes.push_back(sphere(1, {0, 0, 0}).finish("sphere"));
-    scenes.push_back(sphere(1, {1e3, 1e3, 1e3}).finish("offset 1e3"));
-    scenes.push_back(sphere(1, {1e5, 1e5, 1e5}).finish("offset 1e5"));
-    scenes.push_back(sphere(1e-20, {0, 0, 0}).finish("scale 1e-20"));
-    scenes.push_back(sphere(1e30, {0, 0, 0}).finish("scale 1e30"));
-    scenes.push_back(needles());
-    scenes.push_back(fan());
-    scenes.push_back(sheets("duplicates", 4, 0));
-    scenes.push_back(sheets("nearly coplanar", 4, 1e-6));
-    scenes.push_back(detail());
-    return scenes;
+    return {sphere("sphere", 1, {0, 0, 0}),
+            sphere("offset 1e3", 1, {1e3, 1e3, 1e3}),
+            sphere("offset 1e5", 1, {1e5, 1e5, 1e5}),
+            sphere("scale 1e-20", 1e-20, {0, 0, 0}),
+            sphere("scale 1e30", 1e30, {0, 0, 0}),
+            needles(),
+            fan(),
+            sheets("duplicates", 0),
+            sheets("nearly coplanar", 1e-6),
+            detail()};
 }
 
 }  // namespace mray::lab

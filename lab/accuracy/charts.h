@@ -38,24 +38,15 @@ std::size_t count_steps(const Effort& effort, std::span<const ChartInput> inputs
 /// "errors", both ending in `suffix`.
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix);
+/// Camera rays, and rays at vertices and edges, over the frames of an animation, by our packets
+/// over a tree that is refitted, restructured or rebuilt, and by the packets of 2007 over their
+/// own, refitted or rebuilt: speed and time of each frame, and speed against wrong answers. `input`
+/// has at least two frames.
+Chart deformation_chart(const ChartContext& context, const ChartInput& input,
+                        const std::string& suffix);
 /// Failure scenes against methods: wrong answers ("failures"), errors of t ("failures_t"), and the
 /// time of a ray over that on an ordinary scene ("failures_time"). `more` are added to the
 /// program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
-
-// ---- What charts have in common
-
-/// Columns of a row's own, and those that every chart has.
-Table table_with(std::vector<std::string> header);
-/// Adds the cells of the common columns to those of the row's own.
-void add_row(Table& table, std::vector<std::string> row, const Score& score);
-/// Four digits.
-std::string number(double value);
-/// "4096", "10.5 million".
-std::string count_text(std::uint64_t count);
-/// Wrong answers per million, or the upper bound if there are none.
-std::string shown_rate(const Score& score);
-inline constexpr const char* kWrongLabel =
-    "wrong per million (hollow: none seen, at its upper bound)";
 
 }  // namespace mray::lab

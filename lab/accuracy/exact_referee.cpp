@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <limits>
+#include <glm/vec2.hpp>
 #include <numbers>
 #include <optional>
 #include <tuple>
@@ -21,41 +22,19 @@ namespace {
 // 2^-53 of the sum of the products' magnitudes, and again as much for their products.
 constexpr double kDeterminantError = 0x1p-49;
 
-// Relative errors up to which t is taken from doubles: a small part of a float's ulp.
-constexpr double kPreciseT = 0x1p-28;
-
 constexpr std::size_t kSum = 3;
 constexpr std::size_t kVolume = 4;
-
-struct Determinant {
-    double value;
-    double error;
-};
-
-/// p . (q x r).
-Determinant determinant(const dvec3& p, const dvec3& q, const dvec3& r) {
-    double value = 0;
-    double magnitude = 0;
-    for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3;
-        const int k = (i + 2) % 3;
-        const double left = q[j] * r[k];
-        const double right = q[k] * r[j];
-        value += p[i] * (left - right);
-        magnitude += std::abs(p[i]) * (std::abs(left) + std::abs(right));
-    }
-    return {value, kDeterminantError * magnitude};
-}
-
-int sign_of(double x) { return (x > 0) - (x < 0); }
 
 /// The sign of a value that is off by at most `error`; that of exact() where this does not decide.
 template <class Exact>
 int decide(double value, double error, const Exact& exact) {
-    return std::abs(value) > error ? sign_of(value) : exact();
+    if (std::abs(value) > error) return value > 0 ? 1 : -1;
+    return exact();
 }
 
-/// Every float multiplied by this is an integer.
+thread_local std::uint64_t exact_counter = 0;
+
+/// Every float times 2 to this power is an integer.
 constexpr int kIntegerExponent = 149;
 mpz_class to_integer(float x) {
     return mpz_class(std::ldexp(static_cast<double>(x), kIntegerExponent));
@@ -71,24 +50,26 @@ struct ExactTriangle::Integers {
 ExactTriangle::ExactTriangle(const Ray& ray, vec3 a, vec3 b, vec3 c)
     : ray_(ray), corners_{a, b, c} {
     for (std::size_t i = 0; i < 3; ++i) relative_[i] = dvec3(corners_[i]) - dvec3(ray.org);
-    const dvec3 dir(ray.dir);
-    value_[kSum] = error_[kSum] = 0;
+    // Sets a value to p . (q x r).
+    const auto set = [&](std::size_t at, const dvec3& p, const dvec3& q, const dvec3& r) {
+        double magnitude = 0;
+        for (int i = 0; i < 3; ++i) {
+            const int j = (i + 1) % 3;
+            const int k = (i + 2) % 3;
+            const double left = q[j] * r[k];
+            const double right = q[k] * r[j];
+            value_[at] += p[i] * (left - right);
+            magnitude += std::abs(p[i]) * (std::abs(left) + std::abs(right));
+        }
+        error_[at] = kDeterminantError * magnitude;
+    };
     for (std::size_t edge = 0; edge < 3; ++edge) {
-        const Determinant d =
-            determinant(dir, relative_[(edge + 1) % 3], relative_[(edge + 2) % 3]);
-        value_[edge] = d.value;
-        error_[edge] = d.error;
-        value_[kSum] += d.value;
+        set(edge, dvec3(ray.dir), relative_[(edge + 1) % 3], relative_[(edge + 2) % 3]);
+        value_[kSum] += value_[edge];
         // Two more roundings, of less than twice the error's own reserve.
-        error_[kSum] += 2 * d.error;
+        error_[kSum] += 2 * error_[edge];
     }
-    const Determinant volume = determinant(relative_[0], relative_[1], relative_[2]);
-    value_[kVolume] = volume.value;
-    error_[kVolume] = volume.error;
-}
-
-namespace {
-thread_local std::uint64_t exact_counter = 0;
+    set(kVolume, relative_[0], relative_[1], relative_[2]);
 }
 
 std::uint64_t ExactTriangle::exact_count() { return exact_counter; }
@@ -145,28 +126,19 @@ bool ExactTriangle::is_met() const {
 
 bool ExactTriangle::has_t() const { return sign(kSum) != 0; }
 
-double ExactTriangle::t() const {
-    if (std::abs(value_[kSum]) * kPreciseT > error_[kSum] &&
-        std::abs(value_[kVolume]) * kPreciseT > error_[kVolume]) {
-        return value_[kVolume] / value_[kSum];
-    }
-    const Integers& exact = integers();
-    return exact.value[kVolume].get_d() / exact.value[kSum].get_d();
+double ExactTriangle::over_sum(std::size_t i, double precise) const {
+    const double size = std::abs(value_[i == kVolume ? i : kSum]);
+    if (error_[i] < precise * size && error_[kSum] < precise * std::abs(value_[kSum]))
+        return value_[i] / value_[kSum];
+    return integers().value[i].get_d() / integers().value[kSum].get_d();
 }
+
+// To a small part of a float's ulp.
+double ExactTriangle::t() const { return over_sum(kVolume, 0x1p-28); }
 
 dvec3 ExactTriangle::hit() const {
     constexpr double kPrecise = 0x1p-34;
-    const double sum = std::abs(value_[kSum]) * kPrecise;
-    if (error_[kSum] < sum && error_[1] < sum && error_[2] < sum &&
-        error_[kVolume] < std::abs(value_[kVolume]) * kPrecise)
-        return dvec3(value_[kVolume], value_[1], value_[2]) / value_[kSum];
-    const Integers& exact = integers();
-    const auto divide = [&](std::size_t i) {
-        mpq_class quotient(exact.value[i], exact.value[kSum]);
-        quotient.canonicalize();
-        return quotient.get_d();
-    };
-    return {divide(kVolume), divide(1), divide(2)};
+    return {over_sum(kVolume, kPrecise), over_sum(1, kPrecise), over_sum(2, kPrecise)};
 }
 
 int ExactTriangle::compare_t(const ExactTriangle& other) const {
@@ -234,44 +206,42 @@ constexpr int kCircleCorners = 64;
 // gap that rounding leaves between two regions that meet is far narrower than this.
 constexpr double kNarrow = 0x1p-16;
 
-struct Point2 {
-    double x, y;
-};
-using Polygon = std::vector<Point2>;  // convex
+using glm::dvec2;
+using Polygon = std::vector<dvec2>;  // convex
 using Corners = std::array<dvec3, 3>;
 
 /// The half-plane where a x + b y + c is not negative.
 struct Affine {
     double a, b, c;
 
-    double at(const Point2& p) const { return a * p.x + b * p.y + c; }
+    double at(const dvec2& p) const { return a * p.x + b * p.y + c; }
     Affine operator-() const { return {-a, -b, -c}; }
 };
 
 Polygon clipped(const Polygon& polygon, const Affine& half) {
     Polygon result;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Point2& p = polygon[i];
-        const Point2& q = polygon[(i + 1) % polygon.size()];
+        const dvec2& p = polygon[i];
+        const dvec2& q = polygon[(i + 1) % polygon.size()];
         const double here = half.at(p);
         const double there = half.at(q);
         if (here >= 0) result.push_back(p);
         if ((here < 0) == (there < 0)) continue;
-        const double part = here / (here - there);
-        result.push_back({p.x + part * (q.x - p.x), p.y + part * (q.y - p.y)});
+        result.push_back(p + here / (here - there) * (q - p));
     }
     return result;
 }
+
+double cross2(const dvec2& p, const dvec2& q) { return p.x * q.y - p.y * q.x; }
 
 bool is_wide(const Polygon& polygon) {
     double area = 0;
     double around = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Point2& o = polygon.front();
-        const Point2& p = polygon[i];
-        const Point2& q = polygon[(i + 1) % polygon.size()];
-        area += (p.x - o.x) * (q.y - o.y) - (p.y - o.y) * (q.x - o.x);
-        around += std::hypot(q.x - p.x, q.y - p.y);
+        const dvec2& p = polygon[i];
+        const dvec2& q = polygon[(i + 1) % polygon.size()];
+        area += cross2(p - polygon[0], q - polygon[0]);
+        around += glm::distance(p, q);
     }
     return area > kNarrow * around;
 }
@@ -283,9 +253,8 @@ Polygon clipped(Polygon polygon, const std::vector<Affine>& region) {
 
 /// Whether the whole polygon is outside one of the half-planes.
 bool is_beyond(const Polygon& polygon, const std::vector<Affine>& region) {
-    return std::any_of(region.begin(), region.end(), [&](const Affine& half) {
-        return std::none_of(polygon.begin(), polygon.end(),
-                            [&](const Point2& p) { return half.at(p) > 0; });
+    return std::ranges::any_of(region, [&](const Affine& half) {
+        return std::ranges::none_of(polygon, [&](const dvec2& p) { return half.at(p) > 0; });
     });
 }
 
@@ -306,22 +275,19 @@ std::vector<Polygon> without(std::vector<Polygon> pieces, const std::vector<Affi
     return left;
 }
 
-double length2(const dvec3& p) { return p.x * p.x + p.y * p.y; }
+double length2(const dvec2& p) { return glm::dot(p, p); }
 
 /// Positive to the left of the way from p to q; the negative of that from q to p, bit for bit.
 Affine line_through(const dvec3& p, const dvec3& q) {
     if (std::tie(q.x, q.y, q.z) < std::tie(p.x, p.y, p.z)) return -line_through(q, p);
-    const double dx = q.x - p.x;
-    const double dy = q.y - p.y;
-    const double length = std::hypot(dx, dy);
+    const dvec2 way(q - p);
+    const double length = std::hypot(way.x, way.y);
     // From the nearer end, which rounds less.
-    const dvec3& near = length2(p) < length2(q) ? p : q;
-    return {-dy / length, dx / length, (dy * near.x - dx * near.y) / length};
+    const dvec2 near(length2(p) < length2(q) ? p : q);
+    return {-way.y / length, way.x / length, cross2(near, way) / length};
 }
 
-double double_area(const Corners& p) {
-    return (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
-}
+double double_area(const Corners& p) { return cross2(p[1] - p[0], p[2] - p[0]); }
 
 std::vector<Affine> inside(const Corners& corner) {
     std::vector<Affine> halves;
@@ -334,21 +300,15 @@ std::vector<Affine> inside(const Corners& corner) {
 
 /// Whether all corners are on the far side of a line beside the circle of radius 1.
 bool is_aside(const Corners& p) {
-    for (int axis = 0; axis < 2; ++axis) {
-        if ((p[0][axis] > 1 && p[1][axis] > 1 && p[2][axis] > 1) ||
-            (p[0][axis] < -1 && p[1][axis] < -1 && p[2][axis] < -1)) {
-            return true;
-        }
-    }
-    return false;
+    const dvec3 lower = glm::min(glm::min(p[0], p[1]), p[2]);
+    const dvec3 upper = glm::max(glm::max(p[0], p[1]), p[2]);
+    return lower.x > 1 || lower.y > 1 || upper.x < -1 || upper.y < -1;
 }
 
 /// t of the ray on the triangle's plane.
 Affine depth(const Corners& p) {
-    const auto nearest = static_cast<std::size_t>(
-        std::min_element(p.begin(), p.end(),
-                         [](const dvec3& a, const dvec3& b) { return length2(a) < length2(b); }) -
-        p.begin());
+    const auto nearest =
+        static_cast<std::size_t>(std::ranges::min_element(p, {}, length2) - p.begin());
     const dvec3& o = p[nearest];
     const dvec3 e = p[(nearest + 1) % 3] - o;
     const dvec3 f = p[(nearest + 2) % 3] - o;
@@ -363,11 +323,6 @@ void add_range(const Ray& ray, const Affine& t, std::vector<Affine>& halves) {
     if (std::isfinite(ray.tfar)) halves.push_back({-t.a, -t.b, ray.tfar - t.c});
 }
 
-dvec3 unit_cross(const dvec3& a, const dvec3& b) {
-    const dvec3 c = glm::cross(a, b);
-    return c / glm::length(c);
-}
-
 }  // namespace
 
 ParallelView::ParallelView(const Ray& ray) : ray_(ray) {
@@ -378,8 +333,8 @@ ParallelView::ParallelView(const Ray& ray) : ray_(ray) {
         if (std::abs(d[i]) < std::abs(d[least])) least = i;
     dvec3 axis(0, 0, 0);
     axis[least] = 1;
-    x_ = unit_cross(d, axis);
-    y_ = unit_cross(d, x_);
+    x_ = glm::normalize(glm::cross(d, axis));
+    y_ = glm::normalize(glm::cross(d, x_));
 }
 
 dvec3 ParallelView::seen(vec3 p) const {
@@ -421,8 +376,7 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
     std::vector<Polygon> free{circle};
     Affine limit{};
     if (prim_id != kNoPrim) {
-        const auto wanted = std::find_if(triangles_.begin(), triangles_.end(),
-                                         [&](const Seen& one) { return one.prim_id == prim_id; });
+        const auto wanted = std::ranges::find(triangles_, prim_id, &Seen::prim_id);
         if (wanted == triangles_.end()) return false;
         const Corners corner = in_radii(wanted->corner);
         std::vector<Affine> halves = inside(corner);
@@ -461,29 +415,23 @@ constexpr double kNearEdge = 0x1p-12;
 // Far above the 2^-53 of a double, far below the resolution of a tracer in float.
 constexpr double kRounding = 0x1p-40;
 
-/// Narrows [enter, leave]. A ray parallel to the slab is inside or outside, without a division.
-bool meet_slab(double lower, double upper, double org, double dir, double& enter, double& leave) {
-    if (dir == 0) return org >= lower && org <= upper;
-    double t0 = (lower - org) / dir;
-    double t1 = (upper - org) / dir;
-    if (t0 > t1) std::swap(t0, t1);
-    // Quotients have a relative error of about 2^-52.
-    enter = std::max(enter, t0 - std::abs(t0) * kRounding);
-    leave = std::min(leave, t1 + std::abs(t1) * kRounding);
-    return enter <= leave;
-}
-
 bool meets(const Box& box, const Ray& ray, double margin) {
     if (box.empty()) return false;
     double enter = 0;
     double leave = INFINITY;
     for (int axis = 0; axis < 3; ++axis) {
-        if (!meet_slab(box.lower[axis] - margin, box.upper[axis] + margin, ray.org[axis],
-                       ray.dir[axis], enter, leave)) {
-            return false;
-        }
+        const double lower = box.lower[axis] - margin - ray.org[axis];
+        const double upper = box.upper[axis] + margin - ray.org[axis];
+        const double dir = ray.dir[axis];
+        // A ray parallel to the slab is inside or outside.
+        if (dir == 0 && (lower > 0 || upper < 0)) return false;
+        if (dir == 0) continue;
+        // Quotients have a relative error of about 2^-52.
+        const auto [first, last] = std::minmax({lower / dir, upper / dir});
+        enter = std::max(enter, first - std::abs(first) * kRounding);
+        leave = std::min(leave, last + std::abs(last) * kRounding);
     }
-    return true;
+    return enter <= leave;
 }
 
 double largest_magnitude(vec3 v) {
@@ -497,9 +445,8 @@ double largest_of(const Bvh& bvh) {
 }
 
 bool is_usable(vec3 p) {
-    const bool invalid =
-        p.x == kInvalidCoordinate && p.y == kInvalidCoordinate && p.z == kInvalidCoordinate;
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && !invalid;
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
+           p != vec3(kInvalidCoordinate);
 }
 
 }  // namespace
@@ -512,16 +459,15 @@ std::vector<std::uint32_t> ExactReferee::find_candidates(const Ray& ray, double 
     stack[size++] = 0;
     while (size != 0) {
         const std::uint32_t child = stack[--size];
-        if ((child & kLeafBit) != 0) {
-            for (const std::uint32_t prim_id : bvh_->leaves[child & ~kLeafBit].prim_id) {
+        if (is_leaf(child)) {
+            for (const std::uint32_t prim_id : bvh_->leaves[leaf_of(child)].prim_id)
                 if (prim_id != kNoPrim) found.push_back(prim_id);
-            }
             continue;
         }
         const Node& node = bvh_->nodes[child];
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
-            if (meets(slot_box(node, slot), ray, around)) stack[size++] = node.child[slot];
-        }
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t below) {
+            if (meets(slot_box(node, slot), ray, around)) stack[size++] = below;
+        });
     }
     return found;
 }
@@ -539,18 +485,21 @@ ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> posit
       positions_(positions),
       bvh_(&bvh),
       rounding_(kRounding * largest_of(bvh)) {
-    for (const uvec3& t : topology.triangles) {
-        const vec3 a = positions[t.x];
-        const vec3 b = positions[t.y];
-        const vec3 c = positions[t.z];
+    for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
+        const auto [a, b, c] = corners(id);
         usable_.push_back(is_usable(a) && is_usable(b) && is_usable(c) && a != b && b != c &&
                           c != a);
     }
 }
 
-ExactTriangle ExactReferee::triangle(const Ray& ray, std::uint32_t prim_id) const {
+std::array<vec3, 3> ExactReferee::corners(std::uint32_t prim_id) const {
     const uvec3 t = topology_->triangles[prim_id];
-    return {ray, positions_[t.x], positions_[t.y], positions_[t.z]};
+    return {positions_[t.x], positions_[t.y], positions_[t.z]};
+}
+
+ExactTriangle ExactReferee::triangle(const Ray& ray, std::uint32_t prim_id) const {
+    const auto [a, b, c] = corners(prim_id);
+    return {ray, a, b, c};
 }
 
 Truth ExactReferee::closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const {
@@ -581,25 +530,19 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
     for (const std::uint32_t id : {truth.prim_id, prim_id}) {
         if (id == kNoPrim) continue;
         if (usable_[id] == 0) return false;
-        const ExactTriangle one = triangle(ray, id);
-        size = std::max(size, one.size());
-        for (const vec3 p :
-             {positions_[topology_->triangles[id].x], positions_[topology_->triangles[id].y],
-              positions_[topology_->triangles[id].z]}) {
-            reach = std::max(reach, largest_magnitude(p - ray.org));
-        }
+        size = std::max(size, triangle(ray, id).size());
+        for (const vec3& p : corners(id)) reach = std::max(reach, largest_magnitude(p - ray.org));
     }
     const double radius = kDisplacement * size + kFarDisplacement * reach;
     ParallelView view(ray);
     for (const std::uint32_t id : find_candidates(ray, 2 * radius)) {
-        const uvec3 t = topology_->triangles[id];
-        if (usable_[id] != 0) view.add(id, positions_[t.x], positions_[t.y], positions_[t.z]);
+        const auto [a, b, c] = corners(id);
+        if (usable_[id] != 0) view.add(id, a, b, c);
     }
     if (view.shows(prim_id, radius, kCloseUlps)) return true;
     if (prim_id == kNoPrim || triangle(ray, prim_id).has_t()) return false;
-    const uvec3 t = topology_->triangles[prim_id];
-    return view.grazes(positions_[t.x], positions_[t.y], positions_[t.z], radius,
-                       truth.hit() ? truth.t : std::numeric_limits<double>::infinity(), kCloseUlps);
+    const auto [a, b, c] = corners(prim_id);
+    return view.grazes(a, b, c, radius, truth.hit() ? truth.t : INFINITY, kCloseUlps);
 }
 
 Verdict ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {

@@ -53,6 +53,8 @@ private:
     struct Integers;
 
     int sign(std::size_t i) const;
+    /// A value over the sum of u, v and w, with such a part of error.
+    double over_sum(std::size_t i, double precise) const;
     int compare_t(float limit) const;
     const Integers& integers() const;
 
@@ -60,8 +62,8 @@ private:
     std::array<vec3, 3> corners_;
     std::array<dvec3, 3> relative_;
     /// u, v, w, their sum, and a . (b x c); and the bounds of their errors.
-    std::array<double, 5> value_;
-    std::array<double, 5> error_;
+    std::array<double, 5> value_{};
+    std::array<double, 5> error_{};
     mutable std::shared_ptr<const Integers> integers_;
 };
 
@@ -142,6 +144,7 @@ public:
     std::array<double, 3> errors(const Ray& ray, const Hit& hit) const;
 
 private:
+    std::array<vec3, 3> corners(std::uint32_t prim_id) const;
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
     /// Finds the triangles whose leaves come within `margin` of the ray's line at t >= 0. Boxes are
     /// in double, enlarged by far more than rounding errors.

@@ -15,7 +15,6 @@
 #include "common/version.h"
 #include "gpu/vulkan_backend.h"
 #include "lab/accuracy/charts.h"
-#include "lab/accuracy/deformation.h"
 #include "report/machine.h"
 #include "report/plot.h"
 #include "report/shell.h"
@@ -25,21 +24,6 @@ namespace mray::lab {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Options {
-    std::vector<std::string> scenes;
-    std::string out;
-    bool quick = false;
-    bool lenient = false;
-    bool quiet = false;
-};
-
-Options parse(const std::vector<std::string>& arguments) {
-    if (arguments.size() < 3)
-        throw Error(ErrorKind::kBadArgument, "start `morphray chart` instead");
-    const auto has = [&](char flag) { return arguments[1].find(flag) != std::string::npos; };
-    return {{arguments.begin() + 2, arguments.end()}, arguments[0], has('q'), has('l'), has('s')};
-}
 
 void require_new_folder(const fs::path& path) {
     std::error_code error;
@@ -100,29 +84,25 @@ std::vector<ChartDevice> open_devices() {
 }
 
 /// Says on a terminal how much is done and how long it will take.
-class Progress {
-public:
-    Progress(std::size_t steps, bool quiet)
-        : steps_(steps), shown_(!quiet && isatty(STDERR_FILENO) == 1) {}
+struct Progress {
+    std::size_t steps;
+    bool shown;
+    std::size_t done = 0;
+    Stopwatch watch = {};
+
     ~Progress() {
-        if (shown_) fmt::print(stderr, "\r{:40}\r", "");
+        if (shown) fmt::print(stderr, "\r{:40}\r", "");
     }
 
     void step() {
-        ++done_;
-        if (!shown_) return;
+        ++done;
+        if (!shown) return;
         const double left =
-            1e-3 * watch_.ms() * static_cast<double>(steps_ - done_) / static_cast<double>(done_);
-        fmt::print(stderr, "\rcharts: {} %, about {} s to go   ", 100 * done_ / steps_,
+            1e-3 * watch.ms() * static_cast<double>(steps - done) / static_cast<double>(done);
+        fmt::print(stderr, "\rcharts: {} %, about {} s to go   ", 100 * done / steps,
                    std::lround(left));
         std::fflush(stderr);
     }
-
-private:
-    std::size_t steps_;
-    bool shown_;
-    std::size_t done_ = 0;
-    Stopwatch watch_;
 };
 
 constexpr const char* kMethods = R"(<dl>
@@ -201,7 +181,7 @@ std::string page_of(const std::vector<Chart>& charts) {
 
 void write_chart(const fs::path& folder, const Chart& chart) {
     const std::string csv = chart.table.csv();
-    write_file((folder / (chart.name + ".csv")).string(), csv);
+    write_file(folder / (chart.name + ".csv"), csv);
     for (const auto& [name, figure] : chart.figures) {
         const std::string file = (folder / name).string();
         for (const char* const format : {"svg", "pdf"})
@@ -217,23 +197,29 @@ void write_chart(const fs::path& folder, const Chart& chart) {
     }
 }
 
-void draw_charts(const Options& options) {
+void draw_charts(const std::vector<std::string>& arguments) {
+    if (arguments.size() < 3)
+        throw Error(ErrorKind::kBadArgument, "start `morphray chart` instead");
+    const fs::path out = arguments[0];
+    const auto has = [&](char flag) { return arguments[1].find(flag) != std::string::npos; };
+    const bool quick = has('q');
+    const bool quiet = has('s');
+    const auto scenes = std::span(arguments).subspan(2);
     plot::require_gnuplot("chart");
-    require_new_folder(options.out);
+    require_new_folder(out);
     std::vector<ChartInput> inputs;
-    for (const std::string& scene : options.scenes)
-        inputs.push_back(read_input(scene, options.lenient, options.quick ? 8 : 24));
-    const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
-    Progress progress(count_steps(effort, inputs), options.quiet);
+    for (const std::string& scene : scenes)
+        inputs.push_back(read_input(scene, has('l'), quick ? 8 : 24));
+    const Effort& effort = quick ? kQuickEffort : kFullEffort;
+    Progress progress{count_steps(effort, inputs), !quiet && isatty(STDERR_FILENO) == 1};
     ChartContext context{.effort = effort, .devices = open_devices(), .footer = {}, .done = [&] {
                              progress.step();
                          }};
     context.footer = fmt::format("{}; {}, {} threads; ", machine_name(), best_simd_target().name,
                                  tbb::this_task_arena::max_concurrency());
     for (const ChartDevice& device : context.devices) context.footer += device.detail + "; ";
-    context.footer +=
-        fmt::format("{}; morphray {}; morphray chart {}{}", embree_name(), kVersionDetail,
-                    shell_line(options.scenes), options.quick ? " --quick" : "");
+    context.footer += fmt::format("{}; morphray {}; morphray chart {}{}", embree_name(),
+                                  kVersionDetail, shell_line(scenes), quick ? " --quick" : "");
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
@@ -242,12 +228,12 @@ void draw_charts(const Options& options) {
             charts.push_back(deformation_chart(context, inputs[i], suffix));
     }
     charts.push_back(failure_chart(context, inputs));
-    make_output_folder(options.out);
-    for (const Chart& chart : charts) write_chart(options.out, chart);
-    write_file((fs::path(options.out) / "references.bib").string(), kReferences);
-    const std::string page = (fs::path(options.out) / "index.html").string();
+    make_output_folder(out);
+    for (const Chart& chart : charts) write_chart(out, chart);
+    write_file(out / "references.bib", kReferences);
+    const std::string page = (out / "index.html").string();
     write_file(page, page_of(charts));
-    if (options.quiet) return;
+    if (quiet) return;
     for (const Chart& chart : charts)
         for (const auto& [name, figure] : chart.figures) fmt::print("{}: {}\n", name, figure.title);
     fmt::print("all charts: {}\n", page);
@@ -265,7 +251,7 @@ int exit_code_of(ErrorKind kind) {
 
 int main(int argc, char** argv) {
     try {
-        mray::lab::draw_charts(mray::lab::parse({argv + 1, argv + argc}));
+        mray::lab::draw_charts({argv + 1, argv + argc});
         return 0;
     } catch (const mray::Error& error) {
         const bool begins_with_file =

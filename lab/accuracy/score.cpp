@@ -8,43 +8,34 @@
 namespace mray::lab {
 namespace {
 
-/// The regularized incomplete beta function by its continued fraction, evaluated by the method of
-/// Lentz (W. H. Press et al. Numerical Recipes. 2007, 6.4).
-double beta_fraction(double a, double b, double x) {
-    constexpr double kTiny = 1e-300;
-    const auto nonzero = [](double value) { return std::abs(value) < kTiny ? kTiny : value; };
-    double c = 1;
-    double d = 1 / nonzero(1 - (a + b) * x / (a + 1));
-    double result = d;
-    for (int m = 1; m < 100'000; ++m) {
-        const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
-        d = 1 / nonzero(1 + even * d);
-        c = nonzero(1 + even / c);
-        result *= d * c;
-        const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
-        d = 1 / nonzero(1 + odd * d);
-        c = nonzero(1 + odd / c);
-        result *= d * c;
-        if (std::abs(d * c - 1) < 1e-14) break;
+/// The probability that at most k of n trials succeed, each with probability p.
+double at_most(double k, double n, double p) {
+    // From the largest term both ways; the terms fall off fast.
+    const double top = std::min(k, std::floor(n * p));
+    const double largest =
+        std::exp(std::lgamma(n + 1) - std::lgamma(top + 1) - std::lgamma(n - top + 1) +
+                 top * std::log(p) + (n - top) * std::log1p(-p));
+    double sum = 0;
+    double term = largest;
+    for (double i = top; i >= 0 && term > 1e-18 * sum; --i) {
+        sum += term;
+        term *= i / (n - i + 1) * ((1 - p) / p);
     }
-    return result;
+    term = largest;
+    for (double i = top; i < k && term > 1e-18 * sum; ++i) {
+        term *= (n - i) / (i + 1) * (p / (1 - p));
+        sum += term;
+    }
+    return sum;
 }
 
-double incomplete_beta(double a, double b, double x) {
-    if (x <= 0 || x >= 1) return x <= 0 ? 0 : 1;
-    const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
-                                  a * std::log(x) + b * std::log1p(-x));
-    if (x < (a + 1) / (a + b + 2)) return front * beta_fraction(a, b, x) / a;
-    return 1 - front * beta_fraction(b, a, 1 - x) / b;
-}
-
-/// The x at which the incomplete beta function has this value.
-double inverse_beta(double a, double b, double value) {
+/// The p at which at_most() has this value.
+double success_rate(double k, double n, double value) {
     double lower = 0;
     double upper = 1;
     for (int i = 0; i < 100; ++i) {
         const double middle = 0.5 * (lower + upper);
-        (incomplete_beta(a, b, middle) < value ? lower : upper) = middle;
+        (at_most(k, n, middle) > value ? lower : upper) = middle;
     }
     return upper;
 }
@@ -56,8 +47,8 @@ Rate rate_of(std::uint64_t count, std::uint64_t trials) {
     const auto k = static_cast<double>(count);
     const auto n = static_cast<double>(trials);
     constexpr double kTail = 0.025;
-    return {k / n, count == 0 ? 0 : inverse_beta(k, n - k + 1, kTail),
-            count == trials ? 1 : inverse_beta(k + 1, n - k, 1 - kTail)};
+    return {k / n, count == 0 ? 0 : success_rate(k - 1, n, 1 - kTail),
+            count == trials ? 1 : success_rate(k, n, kTail)};
 }
 
 void ErrorCounts::add(double error) {
@@ -108,17 +99,15 @@ std::uint64_t Score::wrong() const {
 }
 
 Judge::Judge(const ExactReferee& referee, const RaySet& set)
-    : referee_(referee),
-      set_(set),
-      truths_(set.rays.size()),
-      exact_(set.rays.size()),
-      last_(set.rays.size()) {
+    : referee_(referee), set_(set), known_(set.rays.size()) {
     for_each_tile(set, set.whole(), [&](const TileRays& tile) {
         for (std::size_t i = tile.begin; i < tile.end; ++i) {
             if (set.active[i] == 0) continue;
             const std::uint64_t before = ExactTriangle::exact_count();
-            truths_[i] = referee.closest(set.rays[i]);
-            exact_[i] = ExactTriangle::exact_count() != before;
+            const Truth truth = referee.closest(set.rays[i]);
+            const bool exact = ExactTriangle::exact_count() != before;
+            const std::uint32_t answer = set.any_hit() ? truth.hit() : truth.prim_id;
+            known_[i] = {truth, exact, answer, Verdict::kRight, exact};
         }
     });
 }
@@ -132,19 +121,19 @@ Score Judge::score(const TraceAnswers& answers, const TileRange& tiles) const {
             const Ray& ray = set_.rays[i];
             const std::uint32_t answer =
                 set_.any_hit() ? answers.occluded[i] : answers.hits[i].prim_id;
-            LastAnswer& last = last_[i];
-            if (!last.known || last.prim_id != answer) {
+            Known& known = known_[i];
+            if (known.answer != answer) {
                 const std::uint64_t before = ExactTriangle::exact_count();
-                last = {answer, true,
-                        set_.any_hit() ? referee_.judge_occlusion(ray, truths_[i], answer != 0)
-                                       : referee_.judge(ray, truths_[i], answer),
-                        exact_[i] != 0 || ExactTriangle::exact_count() != before};
+                known.answer = answer;
+                known.verdict = set_.any_hit()
+                                    ? referee_.judge_occlusion(ray, known.truth, answer != 0)
+                                    : referee_.judge(ray, known.truth, answer);
+                known.exact = known.exact_truth || ExactTriangle::exact_count() != before;
             }
-            const Verdict verdict = last.verdict;
-            score.exact += last.exact;
-            ++score.verdicts[static_cast<std::size_t>(verdict)];
+            score.exact += known.exact;
+            ++score.verdicts[static_cast<std::size_t>(known.verdict)];
             ++score.rays;
-            if (set_.any_hit() || verdict != Verdict::kRight || !truths_[i].hit()) continue;
+            if (set_.any_hit() || known.verdict != Verdict::kRight || !known.truth.hit()) continue;
             const std::array<double, 3> errors = referee_.errors(ray, answers.hits[i]);
             for (std::size_t k = 0; k < 3; ++k) score.errors[k].add(errors[k]);
         }

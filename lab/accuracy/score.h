@@ -74,19 +74,18 @@ public:
     Score score(const TraceAnswers& answers, const TileRange& tiles) const;
 
 private:
-    /// The answer to a ray that was judged last, as methods often agree in wrong ones.
-    struct LastAnswer {
-        std::uint32_t prim_id = 0;
-        bool known = false;
-        Verdict verdict = Verdict::kRight;
-        bool exact = false;
+    struct Known {
+        Truth truth;
+        bool exact_truth;
+        /// That was judged last, as methods often agree in wrong ones; first the right one.
+        std::uint32_t answer;
+        Verdict verdict;
+        bool exact;
     };
 
     const ExactReferee& referee_;
     const RaySet& set_;
-    std::vector<Truth> truths_;
-    std::vector<std::uint8_t> exact_;
-    mutable std::vector<LastAnswer> last_;
+    mutable std::vector<Known> known_;
 };
 
 }  // namespace mray::lab

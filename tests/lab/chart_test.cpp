@@ -12,7 +12,7 @@
 
 #include "common/base/errors.h"
 #include "cpu/image/tile_tracer.h"
-#include "lab/accuracy/deformation.h"
+#include "lab/accuracy/charts.h"
 #include "scenes/procedural/procedural.h"
 #include "tests/app/program.h"
 #include "tests/support/test_scene.h"
@@ -138,7 +138,7 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
         // (docs/guide/accuracy.md).
         if (input.name == "detail 1 in 1e6") continue;
         const ChartScene scene = make_chart_scene(input);
-        const ChartMethods methods(scene, {});
+        const MakeTracers methods = chart_methods(scene, {});
         const auto ours = [&](const ChartRays& rays) {
             std::vector<ChartTracer> tracers = methods(rays);
             std::erase_if(tracers, [](const ChartTracer& one) { return one.family != "ours"; });
@@ -156,7 +156,7 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
 
 TEST(Chart, SeesAPlantedMethodInItsOwnPointAlone) {
     const ChartScene scene = make_chart_scene(cloth());
-    const ChartMethods methods(scene, {});
+    const MakeTracers methods = chart_methods(scene, {});
     const auto with_planted = [&](const ChartRays& rays) {
         std::vector<ChartTracer> tracers = methods(rays);
         ChartTracer planted = tracers.front();
