@@ -460,15 +460,6 @@ std::vector<EmbreeDevice> embree_devices(int threads) {
     return devices;
 }
 
-std::string embree_version(const EmbreeDevice& device) {
-    const auto number = [&](RTCDeviceProperty property) {
-        return rtcGetDeviceProperty(device.handle.get(), property);
-    };
-    return fmt::format("{}.{}.{}", number(RTC_DEVICE_PROPERTY_VERSION_MAJOR),
-                       number(RTC_DEVICE_PROPERTY_VERSION_MINOR),
-                       number(RTC_DEVICE_PROPERTY_VERSION_PATCH));
-}
-
 EmbreeScene::EmbreeScene(const EmbreeDevice& device, const Topology& topology,
                          std::span<const vec3> positions, RTCBuildQuality quality, bool robust)
     : device_(&device),

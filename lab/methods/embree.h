@@ -85,9 +85,6 @@ std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices
                                            const Topology& topology,
                                            std::span<const vec3> positions);
 
-/// "3.13.5": of the library that runs.
-std::string embree_version(const EmbreeDevice& device);
-
 /// Ways to trace rays over each scene; both outlive the peers. Rays in packets count as coherent,
 /// diffuse rays and ambient occlusion as incoherent. Records are made within the time, in
 /// the cache, from what our tracers read too.

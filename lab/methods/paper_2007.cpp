@@ -341,56 +341,40 @@ std::vector<PacketRays> make_packets(const RaySet& set) {
     return packets;
 }
 
-class PaperTracer {
-public:
-    PaperTracer(const PeerTree& tree, const RaySet& set)
-        : tree_(tree), set_(set), packets_(make_packets(set)), answers_(packets_.size()) {}
-
-    void trace(const TileRange& range) {
-        tbb::parallel_for(range.begin, range.end, [&](std::size_t tile) {
-            const std::size_t first = tile * kTilePackets;
-            trace_(tree_, set_.any_hit(), std::span(packets_).subspan(first, kTilePackets),
-                   std::span(answers_).subspan(first, kTilePackets));
-        });
-    }
-
-    TraceAnswers answers() const {
-        TraceAnswers answers(set_);
-        for (Hit& hit : answers.hits) hit = no_hit();
-        for (std::size_t ray = 0; ray < set_.rays.size(); ++ray) {
-            if (set_.active[ray] == 0) continue;
-            const PacketAnswers& a = answers_[ray / kPacketRays];
-            const std::size_t at = ray % kPacketRays;
-            if (set_.any_hit()) {
-                answers.occluded[ray] = a.t[at] < 0;
-            } else if (a.prim_id[at] != kNoPrim) {
-                answers.hits[ray] = {a.t[at], a.u[at], a.v[at], a.prim_id[at]};
-            }
-        }
-        return answers;
-    }
-
-private:
-    const PeerTree& tree_;
-    const RaySet& set_;
-    std::vector<PacketRays> packets_;
-    std::vector<PacketAnswers> answers_;
-    void (*trace_)(const PeerTree&, bool, std::span<const PacketRays>,
-                   std::span<PacketAnswers>) = SIMD_FUNCTION(trace_packets, best_simd_target());
-};
-
 }  // namespace
 
 PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
-    return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
+    return build_peer_tree(topology, positions, 2, std::numeric_limits<std::uint32_t>::max());
 }
 
 Tracer paper_tracer(const PeerTree& tree, const RaySet& set) {
-    const auto tracer = std::make_shared<PaperTracer>(tree, set);
-    return {.name = "paper-2007",
-            .group = "paper-2007",
-            .trace = [tracer](const TileRange& range) { tracer->trace(range); },
-            .answers = [tracer] { return tracer->answers(); }};
+    const auto packets = std::make_shared<const std::vector<PacketRays>>(make_packets(set));
+    const auto found = std::make_shared<std::vector<PacketAnswers>>(packets->size());
+    const auto trace =
+        [=, &tree, &set,
+         trace_some = SIMD_FUNCTION(trace_packets, best_simd_target())](const TileRange& range) {
+            tbb::parallel_for(range.begin, range.end, [&](std::size_t tile) {
+                const std::size_t first = tile * kTilePackets;
+                trace_some(tree, set.any_hit(), std::span(*packets).subspan(first, kTilePackets),
+                           std::span(*found).subspan(first, kTilePackets));
+            });
+        };
+    const auto answers = [found, &set] {
+        TraceAnswers all(set);
+        for (std::size_t ray = 0; ray < set.rays.size(); ++ray) {
+            const PacketAnswers& a = (*found)[ray / kPacketRays];
+            const std::size_t at = ray % kPacketRays;
+            if (set.any_hit()) {
+                all.occluded[ray] = set.active[ray] != 0 && a.t[at] < 0;
+            } else if (set.active[ray] != 0 && a.prim_id[at] != kNoPrim) {
+                all.hits[ray] = {a.t[at], a.u[at], a.v[at], a.prim_id[at]};
+            } else {
+                all.hits[ray] = no_hit();
+            }
+        }
+        return all;
+    };
+    return {.name = "paper-2007", .group = "paper-2007", .trace = trace, .answers = answers};
 }
 
 }  // namespace mray::lab

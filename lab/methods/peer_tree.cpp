@@ -13,54 +13,36 @@ namespace mray::lab {
 namespace {
 
 /// Turns the builder's binary tree, whose leaves are single triangles, into a peer's.
-class PeerBuilder {
-public:
-    PeerBuilder(const Topology& topology, std::span<const vec3> positions,
-                const PeerTreeConfig& config)
-        : topology_(topology), positions_(positions), config_(config) {
-        AlignedVector<PrimRef> refs;
-        for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
-            const uvec3 t = topology.triangles[id];
-            Box box;
-            for (int k = 0; k < 3; ++k) box.extend(positions[t[k]]);
-            if (is_finite_vertex(positions[t.x]) && is_finite_vertex(positions[t.y]) &&
-                is_finite_vertex(positions[t.z]))
-                refs.emplace_back(box, id);
-        }
-        // Without triangles in the topology each ref is a part, which is a leaf of its own.
-        from_ = build_binary_tree(Topology{}, std::move(refs));
-    }
+struct PeerBuilder {
+    const Topology& topology;
+    std::span<const vec3> positions;
+    double node_cost;
+    std::uint32_t most_triangles;
+    BinaryTree from;
+    PeerTree to = {};
 
-    PeerTree build() {
-        if (from_.nodes.empty()) return {};
-        to_.nodes.emplace_back();
-        set_node(0, from_.nodes.front());
-        return std::move(to_);
-    }
-
-private:
     void set_node(std::uint32_t at, const BinaryNode& node) {
         PeerNode made{node.box.lower, 0, node.box.upper, 0, 0};
         if (is_leaf(node)) {
-            made.first = static_cast<std::uint32_t>(to_.triangles.size());
+            made.first = static_cast<std::uint32_t>(to.triangles.size());
             made.count = node.size() & 0x3FFFFFFFu;
-            for (const std::uint32_t id : from_.triangles(node)) {
-                const uvec3 t = topology_.triangles[id];
-                to_.triangles.push_back({positions_[t.x], positions_[t.y], positions_[t.z], id});
+            for (const std::uint32_t id : from.triangles(node)) {
+                const uvec3 t = topology.triangles[id];
+                to.triangles.push_back({positions[t.x], positions[t.y], positions[t.z], id});
             }
-            to_.nodes[at] = made;
+            to.nodes[at] = made;
             return;
         }
-        const BinaryNode& left = from_.nodes[node.children];
-        const BinaryNode& right = from_.nodes[node.children + 1];
+        const BinaryNode& left = from.nodes[node.children];
+        const BinaryNode& right = from.nodes[node.children + 1];
         const vec3 way = (right.box.lower - left.box.lower) + (right.box.upper - left.box.upper);
         int axis = 0;
         for (int other = 1; other < 3; ++other)
             if (std::fabs(way[other]) > std::fabs(way[axis])) axis = other;
         made.axis = static_cast<std::uint32_t>(axis) & 3u;
-        made.first = static_cast<std::uint32_t>(to_.nodes.size());
-        to_.nodes[at] = made;
-        to_.nodes.resize(to_.nodes.size() + 2);
+        made.first = static_cast<std::uint32_t>(to.nodes.size());
+        to.nodes[at] = made;
+        to.nodes.resize(to.nodes.size() + 2);
         const bool is_swapped = way[axis] < 0;
         set_node(made.first, is_swapped ? right : left);
         set_node(made.first + 1, is_swapped ? left : right);
@@ -69,25 +51,32 @@ private:
     /// Whether few triangles cost no more than a node.
     bool is_leaf(const BinaryNode& node) const {
         if (node.is_leaf()) return true;
-        if (node.size() > config_.most_triangles) return false;
+        if (node.size() > most_triangles) return false;
         const auto cost = [](const BinaryNode& n) { return half_area(n.box) * n.size(); };
-        return cost(node) <= cost(from_.nodes[node.children]) +
-                                 cost(from_.nodes[node.children + 1]) +
-                                 config_.node_cost * half_area(node.box);
+        return cost(node) <= cost(from.nodes[node.children]) + cost(from.nodes[node.children + 1]) +
+                                 node_cost * half_area(node.box);
     }
-
-    const Topology& topology_;
-    std::span<const vec3> positions_;
-    PeerTreeConfig config_;
-    BinaryTree from_;
-    PeerTree to_;
 };
 
 }  // namespace
 
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
-                         const PeerTreeConfig& config) {
-    return PeerBuilder(topology, positions, config).build();
+                         double node_cost, std::uint32_t most_triangles) {
+    AlignedVector<PrimRef> refs;
+    for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
+        const uvec3 t = topology.triangles[id];
+        Box box;
+        for (int k = 0; k < 3; ++k) box.extend(positions[t[k]]);
+        // A vertex that is not finite has the largest coordinates of all.
+        if (is_finite_vertex(box.upper)) refs.emplace_back(box, id);
+    }
+    // Without triangles in the topology each ref is a part, which is a leaf of its own.
+    PeerBuilder builder{topology, positions, node_cost, most_triangles,
+                        build_binary_tree(Topology{}, std::move(refs))};
+    if (builder.from.nodes.empty()) return {};
+    builder.to.nodes.emplace_back();
+    builder.set_node(0, builder.from.nodes.front());
+    return std::move(builder.to);
 }
 
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions) {

@@ -30,16 +30,11 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// The cost of a node in tests of a triangle, and how many triangles a leaf has at most.
-struct PeerTreeConfig {
-    double node_cost;
-    std::uint32_t most_triangles;
-};
-
 /// Positions in scene space. Triangles with vertices that are not finite are left out. At most
-/// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root.
+/// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root. `node_cost` is
+/// that of a node in tests of a triangle; leaves have at most so many triangles.
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
-                         const PeerTreeConfig& config);
+                         double node_cost, std::uint32_t most_triangles);
 
 /// Fits leaves in the calling thread's arena, then inner nodes one by one. Finite positions.
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions);

@@ -15,108 +15,46 @@ namespace {
 using glm::cross;
 using glm::dot;
 
-/// True if no two values have opposite signs and not all are 0.
-bool alike(float u, float v, float w) {
-    return !((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) &&
-           (u != 0 || v != 0 || w != 0);
-}
-
 // A rule has a record of each triangle, which is made before; it sets t, u, v and returns whether
 // the ray hits at a t above 0.
 
+template <class Real>
 struct MoellerTrumbore {
     using Record = PeerTriangle;
+    using Vector = glm::vec<3, Real>;
 
-    static Record record_of(const PeerTriangle& triangle) { return triangle; }
-
-    explicit MoellerTrumbore(const Ray& from) : ray(from) {}
+    explicit MoellerTrumbore(const Ray& ray) : org(ray.org), dir(ray.dir) {}
 
     bool intersect(const Record& triangle, float& t, float& u, float& v) const {
-        const auto& [a, b, c, prim_id] = triangle;
-        const vec3 e1 = b - a;
-        const vec3 e2 = c - a;
-        const vec3 p = cross(ray.dir, e2);
-        const float determinant = dot(e1, p);
+        const Vector a(triangle.a);
+        const Vector e1 = Vector(triangle.b) - a;
+        const Vector e2 = Vector(triangle.c) - a;
+        const Vector p = cross(dir, e2);
+        const Real determinant = dot(e1, p);
         if (!(determinant != 0)) return false;
-        const float inverse = 1 / determinant;
-        const vec3 s = ray.org - a;
-        u = dot(s, p) * inverse;
-        if (!(u >= 0 && u <= 1)) return false;
-        const vec3 q = cross(s, e1);
-        v = dot(ray.dir, q) * inverse;
-        if (!(v >= 0 && u + v <= 1)) return false;
-        t = dot(e2, q) * inverse;
+        const Real inverse = 1 / determinant;
+        const Vector s = org - a;
+        const Real exact_u = dot(s, p) * inverse;
+        if (!(exact_u >= 0 && exact_u <= 1)) return false;
+        const Vector q = cross(s, e1);
+        const Real exact_v = dot(dir, q) * inverse;
+        if (!(exact_v >= 0 && exact_u + exact_v <= 1)) return false;
+        t = static_cast<float>(dot(e2, q) * inverse);
+        u = static_cast<float>(exact_u);
+        v = static_cast<float>(exact_v);
         return t > 0;
     }
 
-    const Ray& ray;
-};
-
-/// The same in doubles.
-struct DoublePrecision {
-    using Record = PeerTriangle;
-
-    static Record record_of(const PeerTriangle& triangle) { return triangle; }
-
-    explicit DoublePrecision(const Ray& ray) : org(ray.org), dir(ray.dir) {}
-
-    bool intersect(const Record& triangle, float& t, float& u, float& v) const {
-        const glm::dvec3 a(triangle.a);
-        const glm::dvec3 e1 = glm::dvec3(triangle.b) - a;
-        const glm::dvec3 e2 = glm::dvec3(triangle.c) - a;
-        const glm::dvec3 p = cross(dir, e2);
-        const double determinant = dot(e1, p);
-        if (!(determinant != 0)) return false;
-        const glm::dvec3 s = org - a;
-        const glm::dvec3 q = cross(s, e1);
-        const double du = dot(s, p) / determinant;
-        const double dv = dot(dir, q) / determinant;
-        if (!(du >= 0 && dv >= 0 && du + dv <= 1)) return false;
-        t = static_cast<float>(dot(e2, q) / determinant);
-        u = static_cast<float>(du);
-        v = static_cast<float>(dv);
-        return t > 0;
-    }
-
-    glm::dvec3 org;
-    glm::dvec3 dir;
+    Vector org, dir;
 };
 
 /// A record maps the triangle to the unit triangle of the plane z = 0, by three rows of an affine
 /// matrix; one column of each is fixed by the normal's largest component.
 struct BaldwinWeber {
     struct Record {
-        float row[3][4];
+        explicit Record(const PeerTriangle& triangle);
+        float row[3][4] = {};
     };
-
-    static Record record_of(const PeerTriangle& triangle) {
-        const auto& [a, b, c, prim_id] = triangle;
-        const vec3 e1 = b - a;
-        const vec3 e2 = c - a;
-        const vec3 n = cross(e1, e2);
-        int z = 0;
-        for (int axis = 1; axis < 3; ++axis)
-            if (std::fabs(n[axis]) > std::fabs(n[z])) z = axis;
-        const int x = (z + 1) % 3;
-        const int y = (z + 2) % 3;
-        Record record{};
-        // No area: nothing is hit, as all distances are 0 or NaN.
-        if (!(n[z] != 0)) return record;
-        const float inverse = 1 / n[z];
-        const vec3 ca = cross(c, a);
-        const vec3 ba = cross(b, a);
-        record.row[0][x] = e2[y] * inverse;
-        record.row[0][y] = -e2[x] * inverse;
-        record.row[0][3] = ca[z] * inverse;
-        record.row[1][x] = -e1[y] * inverse;
-        record.row[1][y] = e1[x] * inverse;
-        record.row[1][3] = -ba[z] * inverse;
-        record.row[2][x] = n[x] * inverse;
-        record.row[2][y] = n[y] * inverse;
-        record.row[2][z] = 1;
-        record.row[2][3] = -dot(a, n) * inverse;
-        return record;
-    }
 
     explicit BaldwinWeber(const Ray& from) : ray(from) {}
 
@@ -136,12 +74,35 @@ struct BaldwinWeber {
     const Ray& ray;
 };
 
+BaldwinWeber::Record::Record(const PeerTriangle& triangle) {
+    const auto& [a, b, c, prim_id] = triangle;
+    const vec3 e1 = b - a;
+    const vec3 e2 = c - a;
+    const vec3 n = cross(e1, e2);
+    int z = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (std::fabs(n[axis]) > std::fabs(n[z])) z = axis;
+    const int x = (z + 1) % 3;
+    const int y = (z + 2) % 3;
+    // No area: nothing is hit, as all distances are 0 or NaN.
+    if (!(n[z] != 0)) return;
+    const float inverse = 1 / n[z];
+    row[0][x] = e2[y] * inverse;
+    row[0][y] = -e2[x] * inverse;
+    row[0][3] = cross(c, a)[z] * inverse;
+    row[1][x] = -e1[y] * inverse;
+    row[1][y] = e1[x] * inverse;
+    row[1][3] = -cross(b, a)[z] * inverse;
+    row[2][x] = n[x] * inverse;
+    row[2][y] = n[y] * inverse;
+    row[2][z] = 1;
+    row[2][3] = -dot(a, n) * inverse;
+}
+
 /// Falls back to double precision if an edge function is 0, as the paper does.
 class WoopWatertight {
 public:
     using Record = PeerTriangle;
-
-    static Record record_of(const PeerTriangle& triangle) { return triangle; }
 
     explicit WoopWatertight(const Ray& ray) : org_(ray.org) {
         const vec3 d = ray.dir;
@@ -176,7 +137,7 @@ public:
             ev = exact(ax, cy, ay, cx);
             ew = exact(bx, ay, by, ax);
         }
-        if (!alike(eu, ev, ew)) return false;
+        if ((eu < 0 || ev < 0 || ew < 0) && (eu > 0 || ev > 0 || ew > 0)) return false;
         const float determinant = eu + ev + ew;
         if (!(determinant != 0)) return false;
         const float scaled = dot(vec3(eu, ev, ew), vec3(sz_ * a[kz_], sz_ * b[kz_], sz_ * c[kz_]));
@@ -224,10 +185,8 @@ private:
 template <class Rule>
 class RuleTracer {
 public:
-    explicit RuleTracer(const PeerTree& tree) : tree_(&tree) {
-        for (const PeerTriangle& triangle : tree.triangles)
-            records_.push_back(Rule::record_of(triangle));
-    }
+    explicit RuleTracer(const PeerTree& tree)
+        : tree_(&tree), records_(tree.triangles.begin(), tree.triangles.end()) {}
 
     /// The nearest hit, of equal ones that with the smaller prim_id.
     Hit intersect(const Ray& ray) const {
@@ -302,10 +261,10 @@ Tracer tracer_by(const char* name, const PeerTree& tree, const RaySet& set) {
 }  // namespace
 
 std::vector<Tracer> rule_tracers(const PeerTree& tree, const RaySet& set) {
-    return {tracer_by<MoellerTrumbore>("Moeller-Trumbore", tree, set),
+    return {tracer_by<MoellerTrumbore<float>>("Moeller-Trumbore", tree, set),
             tracer_by<WoopWatertight>("Woop", tree, set),
             tracer_by<BaldwinWeber>("Baldwin-Weber", tree, set),
-            tracer_by<DoublePrecision>("double", tree, set)};
+            tracer_by<MoellerTrumbore<double>>("double", tree, set)};
 }
 
 }  // namespace mray::lab

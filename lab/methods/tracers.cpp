@@ -150,13 +150,12 @@ RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
     return set;
 }
 
-Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set,
-                     cpu::PacketUse use) {
+Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
     static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide &&
                   kPacketSize == cpu::kBlockRays && sizeof(StoredRay) == sizeof(Ray));
     // Primary hits lie row by row as in an image, those of aimed rays row by row in their tile.
     const auto answers = std::make_shared<TraceAnswers>(set);
-    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target, use), answers,
+    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target), answers,
                         &set](const TileRange& range) {
         const ImageParams& params = set.params;
         for_each_tile(set, range, [&](const TileRays& rays) {

@@ -178,8 +178,7 @@ void for_each_tile(const RaySet& set, const TileRange& range, Visit visit) {
 
 /// "packet", for primary, shadow or aimed rays: tiles of 64 x 64. Rays that have too little in
 /// common go to single rays. The tree outlives this tracer and those below.
-Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set,
-                     cpu::PacketUse use = cpu::PacketUse::kWhereItPays);
+Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
 /// Packets, "stream", which is the rays of a tile by one call, and "single", a call a ray; of these
 /// what suits the rays.
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set);

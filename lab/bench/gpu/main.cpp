@@ -147,7 +147,7 @@ public:
         : scene_(scene),
           repeat_(repeat),
           report_(report),
-          tree_(build_peer_tree(scene.topology(), scene.positions, {1.5, 4})),
+          tree_(build_peer_tree(scene.topology(), scene.positions, 1.5, 4)),
           diffuse_(diffuse_rays()),
           shared_(gpu::open_device({})),
           ours_(gpu::make_backend_on(shared_)),
