@@ -1,7 +1,8 @@
-// A scene and its rays: everything that the works need.
+// A scene with its rays, and the points of queries: everything that the works need.
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,6 @@ namespace mray::lab {
 /// refit to. For a single frame that is the same one with every coordinate one float nearer to 0.
 struct BenchScene {
     std::string name;
-    /// The view in world space, with an eye, a target and a light.
-    ViewSpec view;
     std::unique_ptr<Animation> animation;
     /// Holds all whole frames.
     SceneSpace space{WorldBounds{}};
@@ -60,5 +59,14 @@ private:
     RaySet primary_;
     AlignedVector<Hit> hits_;
 };
+
+/// Points in any order in the box of all finite vertices. The same on each call.
+std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);
+/// Points up to 1 % of the box's longest side away from places spread over the triangles.
+std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count);
+
+/// Rays without an end from points_in_box() in directions of all kinds, in any order.
+std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count);
+std::vector<Ray> rays_up(std::span<const vec3> points);
 
 }  // namespace mray::lab

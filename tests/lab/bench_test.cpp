@@ -13,7 +13,6 @@
 #include "common/interop/closest_rule.h"
 #include "common/scene/camera_setup.h"
 #include "lab/bench/bench_scene.h"
-#include "lab/bench/query_points.h"
 #include "lab/methods/closest_point.h"
 #include "lab/methods/paper_2007.h"
 #include "lab/methods/tracers.h"
