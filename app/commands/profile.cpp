@@ -1,6 +1,7 @@
 // morphray profile: measures the stages of a frame, or compares policies.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -74,43 +75,22 @@ struct PolicyRun {
     std::vector<std::vector<Played>> rounds = {};
     /// For each frame, its median round by cost.
     std::vector<Played> frames = {};
-    /// The median of the rounds, and their range.
-    double total_ms = 0;
-    double least_ms = 0;
-    double most_ms = 0;
-    /// total_ms beyond the least of all policies on the backend, relative to it.
-    double regret = 0;
 };
 
 double cost_of(const Played& frame) { return frame.times.total_ms() + frame.trace_ms; }
 
-double total_of(const std::vector<Played>& frames) {
-    double total = 0;
-    for (const Played& frame : frames) total += cost_of(frame);
-    return total;
-}
-
-void compare(std::span<PolicyRun> runs) {
-    for (PolicyRun& run : runs) {
-        run.frames = run.rounds.back();
-        for (std::size_t f = 0; f < run.frames.size(); ++f) {
-            std::vector<Played> played;
-            for (const std::vector<Played>& round : run.rounds) played.push_back(round[f]);
-            // The step and its reason are those of the last round.
-            std::ranges::sort(played, {}, cost_of);
-            const Played& middle = played[(played.size() - 1) / 2];
-            run.frames[f].times = middle.times;
-            run.frames[f].trace_ms = middle.trace_ms;
-        }
-        std::vector<double> totals;
-        for (const std::vector<Played>& round : run.rounds) totals.push_back(total_of(round));
-        run.total_ms = median(totals);
-        run.least_ms = std::ranges::min(totals);
-        run.most_ms = std::ranges::max(totals);
+/// The median round of each frame by cost; its step and reason are those of the last round.
+std::vector<Played> median_frames(const std::vector<std::vector<Played>>& rounds) {
+    std::vector<Played> frames = rounds.back();
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+        std::vector<Played> played;
+        for (const std::vector<Played>& round : rounds) played.push_back(round[f]);
+        std::ranges::sort(played, {}, cost_of);
+        const Played& middle = played[(played.size() - 1) / 2];
+        frames[f].times = middle.times;
+        frames[f].trace_ms = middle.trace_ms;
     }
-    const double least = std::ranges::min_element(runs, {}, &PolicyRun::total_ms)->total_ms;
-    for (PolicyRun& run : runs)
-        if (least > 0) run.regret = run.total_ms / least - 1;
+    return frames;
 }
 
 /// Makes one row of policies that took the same steps in every round, on one backend: with the
@@ -168,22 +148,29 @@ Json policy_json(const PolicyRun& run) {
         return frame.update.step == morphray::Step::rebuild ||
                frame.update.step == morphray::Step::swap;
     };
+    std::vector<double> totals;
+    for (const std::vector<Played>& round : run.rounds) {
+        double& total = totals.emplace_back(0);
+        for (const Played& frame : round) total += cost_of(frame);
+    }
     Json hashes = Json::array();
     std::vector<double> costs;
     for (const Played& frame : run.frames) {
         hashes.push_back(hash_text(frame.hits_hash));
         costs.push_back(cost_of(frame));
     }
-    return {{"policy", run.policy},
-            {"backend", run.backend},
-            {"total_ms", run.total_ms},
-            {"median_frame_ms", median(costs)},
-            {"worst_frame_ms", std::ranges::max(costs)},
-            {"regret", run.regret},
-            // The trees built after the first.
-            {"rebuilds", std::ranges::count_if(run.frames, is_build)},
-            {"total", {{"least_ms", run.least_ms}, {"most_ms", run.most_ms}}},
-            {"hits_hashes", hashes}};
+    return {
+        {"policy", run.policy},
+        {"backend", run.backend},
+        {"total_ms", median(totals)},
+        {"median_frame_ms", median(costs)},
+        {"worst_frame_ms", std::ranges::max(costs)},
+        // Set below: beyond the least total of all policies on the backend, relative to it.
+        {"regret", 0.0},
+        // The trees built after the first.
+        {"rebuilds", std::ranges::count_if(run.frames, is_build)},
+        {"total", {{"least_ms", std::ranges::min(totals)}, {"most_ms", std::ranges::max(totals)}}},
+        {"hits_hashes", hashes}};
 }
 
 std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
@@ -206,28 +193,17 @@ Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
                 traces.push_back(round[i].trace_ms);
                 costs.push_back(cost_of(round[i]));
             }
-            const Spread trace = spread_of(traces);
-            const Spread cost = spread_of(costs);
-            std::vector<std::string> row = {run.policy,
-                                            run.backend,
-                                            fmt::format("{}", f.frame),
-                                            to_string(f.update.step),
-                                            fixed_ms(times.upload_ms),
-                                            fixed_ms(times.refit_ms),
-                                            fixed_ms(times.decide_ms),
-                                            fixed_ms(times.restructure_ms),
-                                            fixed_ms(times.rebuild_ms),
-                                            fixed_ms(f.trace_ms),
-                                            fmt::format("{:.4f}", f.update.cost_ratio),
-                                            hash_text(f.hits_hash),
-                                            f.update.reason,
-                                            fixed_ms(trace.median),
-                                            fixed_ms(trace.lower),
-                                            fixed_ms(trace.upper),
-                                            fixed_ms(cost.median),
-                                            fixed_ms(cost.lower),
-                                            fixed_ms(cost.upper),
-                                            report["repeat"].dump()};
+            std::vector<std::string> row = {run.policy, run.backend, fmt::format("{}", f.frame),
+                                            to_string(f.update.step)};
+            for (const double ms : {times.upload_ms, times.refit_ms, times.decide_ms,
+                                    times.restructure_ms, times.rebuild_ms, f.trace_ms})
+                row.push_back(fixed_ms(ms));
+            row.insert(row.end(), {fmt::format("{:.4f}", f.update.cost_ratio),
+                                   hash_text(f.hits_hash), f.update.reason});
+            for (const Spread& spread : {spread_of(traces), spread_of(costs)})
+                for (const double ms : {spread.median, spread.lower, spread.upper})
+                    row.push_back(fixed_ms(ms));
+            row.push_back(report["repeat"].dump());
             add_environment(row, report, run.backend);
             table.add(std::move(row));
         }
@@ -359,6 +335,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kAll);
     std::vector<PolicyRun> runs;
+    Json policies = Json::array();
     const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
     {
         const std::size_t rounds = static_cast<std::size_t>(*options.repeat);
@@ -383,12 +360,18 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
                                                       frames, device, messages, begin_frame));
             }
             merge_equal(runs, first);
-            compare(std::span(runs).subspan(first));
+            double least = std::numeric_limits<double>::infinity();
+            for (PolicyRun& run : std::span(runs).subspan(first)) {
+                run.frames = median_frames(run.rounds);
+                policies.push_back(policy_json(run));
+                least = std::min(least, policies.back()["total_ms"].get<double>());
+            }
+            for (std::size_t i = first; i < policies.size() && least > 0; ++i)
+                policies[i]["regret"] = policies[i]["total_ms"].get<double>() / least - 1;
         }
     }
     Json report = profile_head(options, *animation, devices);
-    report["policies"] = Json::array();
-    for (const PolicyRun& run : runs) report["policies"].push_back(policy_json(run));
+    report["policies"] = policies;
     return write_reports(
         ExitCode::kOk, messages,
         {{options.json, [&] { return json_text(report); }},
