@@ -21,27 +21,20 @@ namespace fs = std::filesystem;
 constexpr double kCharacter = 8.5;
 
 /// A temporary file, removed at the end.
-class ScratchFile {
-public:
-    /// The file is there once the other constructor ends, so the destructor runs if this fails.
-    explicit ScratchFile(std::string_view text) : ScratchFile() { write_file(path_, text); }
-    ~ScratchFile() { unlink(path_.c_str()); }
-    ScratchFile(const ScratchFile&) = delete;
-    ScratchFile& operator=(const ScratchFile&) = delete;
-    const std::string& path() const { return path_; }
-
-private:
-    ScratchFile() {
-        std::error_code error;
-        path_ = (fs::temp_directory_path(error) / "morphray_plot_XXXXXX").string();
-        const int fd = error ? -1 : mkstemp(path_.data());
-        if (fd < 0)
-            throw Error(ErrorKind::kOutput, "{}: cannot be created for gnuplot; set TMPDIR", path_);
-        close(fd);
-    }
-
-    std::string path_;
+struct ScratchFile {
+    std::string path;
+    ~ScratchFile() { unlink(path.c_str()); }
 };
+
+std::string new_scratch_path() {
+    std::error_code error;
+    std::string path = (fs::temp_directory_path(error) / "morphray_plot_XXXXXX").string();
+    const int fd = error ? -1 : mkstemp(path.data());
+    if (fd < 0)
+        throw Error(ErrorKind::kOutput, "{}: cannot be created for gnuplot; set TMPDIR", path);
+    close(fd);
+    return path;
+}
 
 /// The script, where the program was built and where it is installed.
 std::string script_path() {
@@ -98,9 +91,10 @@ void require_gnuplot(std::string_view who) {
 }
 
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format) {
-    const ScratchFile data(csv);
+    const ScratchFile data{new_scratch_path()};
+    write_file(data.path, csv);
     const std::string command =
-        fmt::format("gnuplot -e {} {}", shell_quoted(settings(figure, data.path(), format)),
+        fmt::format("gnuplot -e {} {}", shell_quoted(settings(figure, data.path, format)),
                     shell_quoted(script_path()));
     ShellResult finished = run_shell(command + " 2>/dev/null");
     if (finished.status == 0) {

@@ -26,7 +26,6 @@ public:
     explicit Table(std::vector<std::string> header) : header_(std::move(header)) {}
 
     void add(std::vector<std::string> row);
-    bool empty() const { return rows_.empty(); }
 
     /// Columns two spaces apart; columns of numbers are aligned right, others left.
     std::string text() const;
