@@ -75,7 +75,8 @@ struct ChartPoint {
     Score score;
 };
 
-/// Whether methods of a family trace scene space, as the program's own do, or world space.
+/// True if methods of a family trace scene space, as the program's own do; others trace world
+/// space.
 bool in_scene_space(const std::string& family);
 
 /// Speed and accuracy of all methods, each by the same calls with the same rays. Methods trace in

@@ -200,7 +200,7 @@ Updated of_2007(std::string method, const ChartScene& first, bool rebuilds) {
 /// Rays whose speed counts, and rays that are hard to answer.
 constexpr std::array kFrameKinds = {RayKind::kPrimary, RayKind::kAimed};
 
-/// A way to update in a frame.
+/// What one way to update a tree does in one frame.
 struct FrameScore {
     double update_ms = 0;
     /// By kind.

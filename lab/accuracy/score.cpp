@@ -10,7 +10,7 @@ namespace {
 
 /// The probability that at most k of n trials succeed, each with probability p.
 double at_most(double k, double n, double p) {
-    // From the largest term both ways; the terms fall off fast.
+    // Sums from the largest term in both directions, in which the terms decay fast.
     const double top = std::min(k, std::floor(n * p));
     const double largest =
         std::exp(std::lgamma(n + 1) - std::lgamma(top + 1) - std::lgamma(n - top + 1) +

@@ -76,10 +76,12 @@ public:
 private:
     struct Known {
         Truth truth;
+        /// True if the truth needed integers.
         bool exact_truth;
-        /// That was judged last, as methods often agree in wrong ones; first the right one.
+        /// The answer that was judged last, as wrong methods often agree; at first the right one.
         std::uint32_t answer;
         Verdict verdict;
+        /// True if the truth or the verdict needed integers.
         bool exact;
     };
 

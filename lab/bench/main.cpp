@@ -113,7 +113,7 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
-/// The two frames in turn: after one run to warm up, the last of `repeat` has the moved one.
+/// Returns the two frames in turn: after one run to warm up, the last of `repeat` has the moved one.
 auto alternation(const BenchScene& scene, int repeat) {
     return [&scene, left = repeat]() mutable {
         return std::span<const vec3>(left-- % 2 == 0 ? scene.moved : scene.positions);
