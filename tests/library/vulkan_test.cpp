@@ -111,6 +111,10 @@ TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
     expect_same_answers_on({vulkan()});
 }
 
+TEST(LibraryOnVulkan, HasTheDocumentedDigest) {
+    EXPECT_EQ(morphray::digest(vulkan()), morphray::kDigest);
+}
+
 TEST(LibraryOnVulkan, FindsVisibleHits) { expect_visible_hits_on(vulkan(), 20); }
 
 TEST(LibraryOnVulkan, LeavesOutTriangles) { expect_excluded_on(vulkan(), 20); }

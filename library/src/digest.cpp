@@ -1,0 +1,164 @@
+// The digest of a device: a hash of its answers about a scene that is the same on every machine.
+#include <random>
+
+#include "common/base/hash.h"
+#include "common/interop/platform.h"
+#include "library/src/scene/errors.h"
+#include "morphray/images.hpp"
+#include "morphray/scene.hpp"
+
+namespace morphray {
+namespace {
+
+using mray::vec3;
+
+constexpr std::uint32_t kGridSide = 32;
+constexpr std::uint32_t kVertices = kGridSide * kGridSide;
+/// Rays, and points, for each pose.
+constexpr std::uint32_t kQuestions = 2200;
+
+/// A closed grid, then twins and a triangle without an area, which enclose nothing.
+std::vector<std::uint32_t> make_triangles() {
+    std::vector<std::uint32_t> triangles;
+    for (std::uint32_t i = 0; i < kVertices; ++i) {
+        const std::uint32_t right = i / kGridSide * kGridSide + (i + 1) % kGridSide;
+        const std::uint32_t next = (i + kGridSide) % kVertices;
+        const std::uint32_t next_right = (right + kGridSide) % kVertices;
+        triangles.insert(triangles.end(), {i, next, right, right, next, next_right});
+    }
+    triangles.insert(triangles.end(), {0, 1, kGridSide, kGridSide, 1, 0, 2, 2, 3});
+    return triangles;
+}
+
+/// A torus around the y axis. It and its sections are squares, so many triangles share a plane.
+vec3 place_on_torus(std::uint32_t vertex) {
+    // A cosine of straight lines, in quarters of its period.
+    const auto wave = [](std::uint32_t i, std::uint32_t quarters) {
+        return std::abs(static_cast<float>((i + quarters * kGridSide / 4) % kGridSide) * 0.125f -
+                        2) -
+               1;
+    };
+    const std::uint32_t x = vertex % kGridSide;
+    const std::uint32_t y = vertex / kGridSide;
+    const float radius = 2 + 0.75f * wave(y, 0);
+    return {radius * wave(x, 0), 0.75f * wave(y, 1), radius * wave(x, 1)};
+}
+
+/// Every number and call here is part of kDigest. Floats are only added, subtracted and multiplied,
+/// and the standard defines the numbers of std::mt19937.
+class Digest {
+public:
+    std::uint64_t compute(const Device& device) {
+        std::vector<vec3> guest;
+        for (std::uint32_t i = 0; i < kVertices; ++i) {
+            body_.push_back(place_on_torus(i));
+            guest.push_back(0.5f * body_.back());
+            sheet_.push_back(0.25f * vec3(i % kGridSide, 1.5f, i / kGridSide) - vec3(4, 0, 4));
+        }
+        guest.back().x = std::numeric_limits<float>::quiet_NaN();
+        const std::span all(triangles_);
+        const std::vector<MeshView> meshes = {
+            {packed(body_), all}, {packed(sheet_), all.first(std::size_t{3} * kVertices)}};
+        Scene scene = Scene::build(meshes, device,
+                                   {.bounds = Box{{-6, -6, -6}, {6, 6, 6}}, .update = Every{2}});
+        add_answers(scene, Rays::shadow);
+        // A part is refitted; then all is built again; then refitted, and a mesh comes.
+        move(std::span(sheet_).first(kVertices / 4));
+        scene.update(1, 0, kVertices / 4);
+        add_answers(scene, Rays::ao);
+        for (const Rays rays : {Rays::shadow, Rays::ao}) {
+            move(body_);
+            move(sheet_);
+            if (rays == Rays::ao) scene.attach({packed(guest), all});
+            scene.update();
+            add_answers(scene, rays);
+        }
+        return hasher_.digest();
+    }
+
+private:
+    vec3 random_place() {
+        vec3 place;
+        // A float has 24 bits.
+        for (int axis = 0; axis < 3; ++axis)
+            place[axis] = static_cast<float>(random_() >> 8) * 0x1p-21f - 4;
+        return place;
+    }
+
+    void move(std::span<vec3> positions) {
+        for (vec3& p : positions) p += 0.125f * vec3(p.y, p.z, -p.x) + 0.015625f * random_place();
+    }
+
+    /// Adds the answers to all rays or points, which query(answers) finds.
+    template <class Answer, class Query>
+    void add(Query query) {
+        std::vector<Answer> answers(kQuestions);
+        query(std::span(answers));
+        hasher_.add(answers);
+    }
+
+    void add_answers(const Scene& scene, Rays rays_of_image) {
+        std::vector<Ray> rays;
+        std::vector<Vec3> points;
+        for (std::uint32_t i = 0; i < kQuestions; ++i) {
+            const std::vector<vec3>& positions = i % 2 == 0 ? body_ : sheet_;
+            const std::uint32_t* const triangle = &triangles_[random_() % (2 * kVertices) * 3];
+            const vec3 a = positions[triangle[0]];
+            const vec3 edge = 0.5f * (a + positions[triangle[1]]);
+            const vec3 inner = 0.5f * (edge + positions[triangle[2]]);
+            const vec3 targets[] = {a, edge, inner, random_place()};
+            const vec3 target = targets[random_() % 4];
+            // Some rays are parallel to an axis. The target is where t is 1.
+            const vec3 org = i % 16 < 4 ? vec3(target.x, target.y, 4) : random_place();
+            const vec3 dir = target - org;
+            rays.push_back({.org = {org.x, org.y, org.z}, .dir = {dir.x, dir.y, dir.z}});
+            if (i % 5 == 0) rays.back().tnear = 1;
+            if (i % 7 == 0) rays.back().tfar = 1;
+            points.push_back({target.x, target.y, target.z});
+        }
+        add<Hit>([&](auto hits) { scene.intersect(rays, hits); });
+        add<std::uint8_t>([&](auto occluded) { scene.occluded(rays, occluded); });
+        add<std::uint64_t>([&](auto counts) { scene.count(rays, counts); });
+        for (const Crossing crossing : {Crossing::once, Crossing::each, Crossing::owner}) {
+            const AllHits all = scene.intersect_all(rays, {crossing, 5});
+            hasher_.add(all.offsets).add(all.hits).add(all.left_out);
+        }
+        add<std::int32_t>([&](auto windings) { scene.winding(points, windings); });
+        add<std::uint8_t>([&](auto in) { scene.contains(points, in, FillRule::odd); });
+        add<float>([&](auto distances) { scene.signed_distance(points, distances); });
+        std::vector<ClosestPoint> closest(kQuestions);
+        scene.closest_points(points, closest);
+        // Without their padding.
+        for (const ClosestPoint& c : closest) {
+            hasher_.add(std::array{c.point.x, c.point.y, c.point.z, c.distance, c.u, c.v});
+            hasher_.add(std::array{c.prim_id, c.geom_id, static_cast<std::uint32_t>(c.feature)});
+        }
+        // The camera's floats do not depend on the last bits of a library's tangent of 45 degrees.
+        const Image image = scene.render({.eye = Point{0.5, 2, 1},
+                                          .target = Point{0, 0, 0},
+                                          .fov = 90,
+                                          .light = Point{-3, 4, 5},
+                                          .width = 96,
+                                          .height = 64,
+                                          .rays = rays_of_image,
+                                          .ao_count = 3,
+                                          .ao_distance = 1});
+        hasher_.add(image.hits).add(image.occlusion).add(image.pixels);
+    }
+
+    const std::vector<std::uint32_t> triangles_ = make_triangles();
+    std::vector<vec3> body_;
+    std::vector<vec3> sheet_;
+    std::mt19937 random_{1};
+    mray::Hasher hasher_;
+};
+
+}  // namespace
+
+const std::uint64_t kDigest = 0xA1668E961734E67E;
+
+std::uint64_t digest(const Device& device) {
+    return detail::with_public_errors([&] { return Digest().compute(device); });
+}
+
+}  // namespace morphray
