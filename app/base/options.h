@@ -97,6 +97,8 @@ struct CrosscheckOptions {
     Reference reference = Reference::kAuto;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
+    /// Compares the digests of devices instead of scenes.
+    bool digest = false;
     std::string json = {};
     std::string junit = {};
     std::string html = {};

@@ -366,7 +366,10 @@ void complete(const CLI::App& command, ViewOptions& options) {
 }
 
 void add_options(CLI::App& command, CrosscheckOptions& options) {
-    command.add_option("SCENES", options.scenes, "what to trace, one after the other")->required();
+    command.add_option("SCENES", options.scenes, "what to trace, one after the other");
+    command.add_flag(
+        "--digest", options.digest,
+        "instead of scenes, compare one number for each device with that of all others");
     add_source_options(command, options.source);
     add_frames(command, options.frames, kFewFrames);
     add_view_options(command, options.view, "256x256", 1, "16");
@@ -384,6 +387,16 @@ void add_options(CLI::App& command, CrosscheckOptions& options) {
     add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
              options.html);
     add_json(command, options.json);
+}
+
+void complete(const CLI::App& command, CrosscheckOptions& options) {
+    if (!options.digest && options.scenes.empty()) refuse("SCENES is required, or --digest");
+    constexpr std::string_view kOfDigest[] = {"--digest", "--backend",  "--device", "--threads",
+                                              "--simd",   "--validate", "--quiet"};
+    for (const CLI::Option* const option : command.get_options())
+        if (options.digest && option->count() > 0 &&
+            std::ranges::find(kOfDigest, option->get_name()) == std::end(kOfDigest))
+            refuse("--digest has a scene of its own; leave out " + option->get_name());
 }
 
 void add_options(CLI::App& command, ProbeOptions& options) {
@@ -578,7 +591,7 @@ void add_commands(CLI::App& app, ParsedCommandLine& parsed) {
         "quiet verbose");
     add_command<CrosscheckOptions>(
         app, parsed, "crosscheck", "Compares every backend and tree with a reference, bit by bit",
-        "--frames --size --eye --target --rays --backend --queries --html --junit --json",
+        "--digest --frames --size --eye --target --backend --queries --html --junit --json",
         "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
         "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
         "quiet");

@@ -475,9 +475,51 @@ private:
     std::optional<CheckedDevices> devices_;
 };
 
+/// Compares the digests of the devices that the options choose: the CPU with each instruction set
+/// and without SIMD, and each Vulkan device. Brute force would take a minute.
+ExitCode check_digests(const BackendOptions& options, const Messages& messages) {
+    std::string text;
+    std::string different;
+    const auto check = [&](BackendChoice choice, const std::string& simd,
+                           const std::string& vulkan) {
+        BackendOptions one = options;
+        one.choice = choice;
+        one.simd = simd;
+        one.device = vulkan;
+        const morphray::Device device = open_device(one, messages);
+        const std::string name = fmt::format("{}: {}", device.name(), device.description());
+        const Progress progress(name, 0, messages);
+        const std::uint64_t digest = call_library([&] { return morphray::digest(device); });
+        text += fmt::format("{:016x}  {}\n", digest, name);
+        if (digest != morphray::kDigest) different += (different.empty() ? "" : "; ") + name;
+        throw_if_interrupted();
+    };
+    Failure end;
+    attempt(end, messages, [&] {
+        if (options.choice != BackendChoice::kVulkan) {
+            for (const std::string& simd : simd_to_check(options.simd))
+                check(BackendChoice::kCpu, simd, "");
+            check(BackendChoice::kCpu, std::string(kSimdOff), "");
+        }
+        if (options.choice == BackendChoice::kCpu) return;
+        if (!options.device.empty()) return check(BackendChoice::kVulkan, "", options.device);
+        for (const morphray::VulkanDeviceInfo& device : vulkan_devices())
+            if (device.unusable.empty())
+                check(BackendChoice::kVulkan, "", std::to_string(device.index));
+    });
+    if (end.code == ExitCode::kOk && !different.empty()) end.code = ExitCode::kCheckFailed;
+    const std::string verdict =
+        !different.empty() ? fmt::format("different from {:016x}: {}", morphray::kDigest, different)
+        : end.message.empty() ? "equal: all digests are the documented one"
+                              : "not finished: " + end.message;
+    return write_reports(
+        end.code, messages, {}, [&] { return text + '\n' + verdict + '\n'; }, verdict);
+}
+
 }  // namespace
 
 ExitCode run_command(const CrosscheckOptions& options, const Messages& messages) {
+    if (options.digest) return check_digests(options.backend, messages);
     check_reports({options.json, options.junit, options.html});
     return Crosscheck(options, messages).run();
 }

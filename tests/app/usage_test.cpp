@@ -31,6 +31,8 @@ Words small_render(const Words& more) {
 TEST(Usage, MissingArgumentsAndValuesAreNamed) {
     expect_refused({}, 2, "subcommand is required");
     expect_refused({"crosscheck"}, 2, "SCENES is required");
+    expect_refused({"crosscheck", "--digest", "builtin:cloth"}, 2, "leave out SCENES");
+    expect_refused({"crosscheck", "--digest", "--json", "-"}, 2, "leave out --json");
     expect_refused({"diff"}, 2, "FILES is required");
     expect_refused({"trace", "builtin:cloth:500"}, 2, "--rays is required");
     expect_refused({"query", "builtin:cloth", "--ask", "inside"}, 2, "--points");

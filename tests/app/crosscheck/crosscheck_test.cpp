@@ -47,6 +47,18 @@ TEST(Crosscheck, AnswersToQueriesAreCompared) {
     }
 }
 
+TEST(Crosscheck, DigestsOfAllInstructionSetsAreTheDocumentedOne) {
+    const Outcome outcome = run(words("crosscheck --digest --backend cpu"));
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+    const Words table = lines(outcome.out);
+    // An instruction set, none; then an empty line and the verdict.
+    ASSERT_GE(table.size(), 4u);
+    EXPECT_EQ(table.back(), "equal: all digests are the documented one");
+    for (std::size_t i = 0; i + 2 < table.size(); ++i)
+        EXPECT_EQ(table[i].substr(0, 16), table[0].substr(0, 16)) << table[i];
+    EXPECT_TRUE(has(table[table.size() - 3], "cpu: portable C++"));
+}
+
 TEST(Crosscheck, JsonNamesEveryVariant) {
     const Outcome outcome = crosscheck("--json - --frames 0..24:12 --simd off");
     ASSERT_EQ(outcome.code, 0) << outcome.err;
