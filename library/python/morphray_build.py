@@ -80,7 +80,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     tag = f"{python}-{python}-{re.sub('[-.]', '_', sysconfig.get_platform())}"
     info = f"morphray-{_version()}.dist-info"
     files = {f"morphray/{name}": (package / name).read_bytes()
-             for name in ("__init__.py", "open3d.py", "trimesh.py", "py.typed", module)}
+             for name in ("__init__.py", "digest.py", "open3d.py", "trimesh.py", "py.typed", module)}
     files[f"{info}/METADATA"] = _metadata().encode()
     files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: morphray_build\n"
                               f"Root-Is-Purelib: false\nTag: {tag}\n").encode()

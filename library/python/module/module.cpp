@@ -108,6 +108,11 @@ validate: enable the Khronos validation layer)",
         .def_property_readonly("name", &Device::name, R"("cpu", "vulkan" or "brute".)")
         .def_property_readonly("description", &Device::description,
                                "For people: instruction set and threads, or name and driver.")
+        .def("digest", &digest, py::call_guard<GilRelease>(),
+             R"(The hash of the device's answers about a small scene: DIGEST if all bits are right.
+
+Takes about a second, and on Vulkan the time to compile kernels. docs/guide/crosscheck.md says what
+it covers.)")
         .def("__repr__", [](const Device& device) {
             return fmt::format("<morphray.Device {}: {}>", device.name(), device.description());
         });
@@ -174,6 +179,7 @@ PYBIND11_MODULE(_morphray, module) {
     using namespace morphray::python;
     module.attr("__version__") = morphray::version();
     module.attr("INVALID_ID") = morphray::kNoPrim;
+    module.attr("DIGEST") = morphray::kDigest;
     module.attr("ray_dtype") = ray_dtype();
     module.attr("hit_dtype") = hit_dtype();
     module.attr("closest_dtype") = closest_dtype();

@@ -21,6 +21,7 @@ from typing import Any as _Any, NamedTuple as _NamedTuple
 import numpy as _np
 
 from ._morphray import (
+    DIGEST,
     INVALID_ID,
     Cancel,
     Comparison,

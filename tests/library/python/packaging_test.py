@@ -57,6 +57,15 @@ def test_wheel_is_complete(backend, tmp_path):
     assert used.stdout.startswith(str(tmp_path))
 
 
+def test_module_prints_the_documented_digest_of_each_device():
+    result = subprocess.run([sys.executable, "-m", "morphray.digest"], check=True, text=True,
+                            stdout=subprocess.PIPE)
+    *lines, _, verdict = result.stdout.splitlines()
+    assert len(lines) > len(morphray.simd_targets())
+    assert {int(line[:16], 16) for line in lines} == {morphray.DIGEST}
+    assert verdict.startswith("equal")
+
+
 def cmake(*arguments):
     return subprocess.run(["cmake", *arguments], capture_output=True, text=True)
 
@@ -69,8 +78,8 @@ def test_component_python_is_installed_whole(tmp_path):
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "lib" / "python3" / "dist-packages"
     files = {f.name for f in (folder / "morphray").iterdir()}
-    assert {"__init__.py", "open3d.py", "py.typed", "trimesh.py"} < files
-    assert len(files) == 5
+    assert {"__init__.py", "digest.py", "open3d.py", "py.typed", "trimesh.py"} < files
+    assert len(files) == 6
     trace = ("import numpy, morphray; print(morphray.__file__); "
              "morphray.Scene([]).intersect(numpy.zeros((1, 6), numpy.float32))")
     used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
