@@ -42,7 +42,7 @@ Json profile_head(const ProfileOptions& options, const Animation& animation,
     return json;
 }
 
-/// "AMD EPYC, ...; cpu: avx2, 2 threads; morphray 0.1.0 (1a2b3c4d)".
+/// "AMD EPYC, ...; cpu: avx2, 2 threads; morphray 0.2.0 (1a2b3c4d)".
 std::string environment_text(const Json& report) {
     const Json& environment = report["environment"];
     std::string text = environment["machine"];
