@@ -53,7 +53,9 @@ show_log_and_exit() { # CODE MESSAGE
 install_missing() {
     local missing prefix=()
     if ! command -v dpkg-query >/dev/null; then
-        say "no dpkg here: trusting that these are installed: $(packages "$@" | tr '\n' ' ')"
+        # What else is missing is named by cmake/dependencies.cmake.
+        { command -v cmake && command -v ninja; } >/dev/null ||
+            { say "CMake 3.25 and Ninja 1.11 are needed"; exit 4; }
         return
     fi
     mapfile -t missing < <(missing_packages "$@")
@@ -93,7 +95,8 @@ configure() {
     [ "$tests" = OFF ] || minutes=8
     say "building; the first time takes about $minutes minutes on two cores"
     (cd "$root" && cmake --preset "$preset" -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
-        show_log_and_exit 70 "configuring failed"
+        { ! grep -q "libraries are missing" "$log" || show_log_and_exit 4 "libraries are missing"
+          show_log_and_exit 70 "configuring failed"; }
 }
 
 # set_up TESTS KIND...: everything up to a program that is up to date, one call at a time. Builds the
