@@ -19,6 +19,7 @@ code. docs/guide/python.md is the guide.
 from typing import Any as _Any, NamedTuple as _NamedTuple
 
 import numpy as _np
+from numpy.typing import NDArray as _NDArray
 
 from ._morphray import (
     DIGEST,
@@ -29,6 +30,7 @@ from ._morphray import (
     EdgeCounts,
     Error,
     Image,
+    LeftOut,
     Scene,
     TreeStatistics,
     Update,
@@ -41,6 +43,11 @@ from ._morphray import (
     simd_targets,
     vulkan_devices,
 )
+
+__all__ = ["INVALID_ID", "AllHits", "Cancel", "Comparison", "Device", "EdgeCounts", "Error", "Image",
+           "LeftOut", "Mesh", "Scene", "Textures", "TreeStatistics", "Update", "VulkanDeviceInfo",
+           "__version__", "closest_dtype", "compare", "hit_dtype", "ray_dtype", "simd_targets",
+           "vulkan_devices"]
 
 
 class Textures(_NamedTuple):
@@ -88,25 +95,25 @@ class AllHits(_NamedTuple):
     left_out: (N,) int64: for each ray, the hits beyond max_hits
     """
 
-    offsets: _Any
-    hits: _Any
-    left_out: _Any
+    offsets: _NDArray[_np.int64]
+    hits: _NDArray[_np.void]
+    left_out: _NDArray[_np.int64]
 
-    def of_ray(self, ray):
+    def of_ray(self, ray: int) -> _NDArray[_np.void]:
         """The hits of a ray, a view of hits. Raises IndexError if there is no such ray."""
         if not 0 <= ray < len(self.left_out):
             raise IndexError(f"of_ray: there is no ray {ray} among {len(self.left_out)}")
         return self.hits[self.offsets[ray]:self.offsets[ray + 1]]
 
     @property
-    def ray_ids(self):
+    def ray_ids(self) -> _NDArray[_np.int64]:
         """(H,) int64: the ray of each hit, made anew by each use."""
         return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
 
 
 # numpy.asarray(image) is the pixels.
-Image.__array__ = lambda image, dtype=None, copy=None: image.pixels.astype(
-    dtype or _np.uint8, copy=bool(copy))
+setattr(Image, "__array__", lambda image, dtype=None, copy=None: image.pixels.astype(
+    dtype or _np.uint8, copy=bool(copy)))
 
 for _name, _value in list(globals().items()):
     if isinstance(_value, type) and not _name.startswith("_"):

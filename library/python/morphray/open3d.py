@@ -210,7 +210,8 @@ class RaycastingScene:
         and numbers that are not finite.
         """
         given = (*args, *kwargs.values())
-        rays = (_rays_of_matrices if len(given) == 4 else _rays_of_view)(*args, **kwargs)
+        rays = (_rays_of_matrices(*args, **kwargs) if len(given) == 4
+                else _rays_of_view(*args, **kwargs))
         return _results(rays, next((a for a in given if hasattr(type(a), "from_numpy")), None))
 
 
