@@ -45,6 +45,7 @@ library=$(dirname "$(find "$prefix" -name libmorphray.so)")
 for file in docs/guide/library.md cmake/morphrayConfig.cmake.in; do
     grep -q "find_package(morphray $series " "$root/$file" || fail "$file does not look for $series"
 done
+grep -qx "version: $version" "$root/CITATION.cff" || fail "CITATION.cff is not of $version"
 # expect_chart CODE TEXT: how `morphray chart` into a folder that is not empty ends.
 expect_chart() {
     local code=0 text
