@@ -20,37 +20,28 @@ def public(names):
     return {name for name in names if not name.startswith("_") or name == "__version__"}
 
 
-def definitions_of(node):
-    """The definitions of each name in a module or class of the stub."""
-    found = {}
-    for item in node.body:
-        name = item.target.id if isinstance(item, ast.AnnAssign) else getattr(item, "name", "_")
-        found.setdefault(name, []).append(item)
-    return found
-
-
 def arguments_of(function, with_defaults):
     arguments = function.args
     names = [a.arg for a in arguments.args if a.arg != "self"], [a.arg for a in arguments.kwonlyargs]
     defaults = [d and ast.unparse(d) for d in arguments.defaults + arguments.kw_defaults]
-    return names, defaults if with_defaults else []
+    return names, with_defaults and defaults
 
 
 def check_function(name, definitions, documentation):
     """pybind11 writes a signature, or several, into the documentation."""
-    signatures = re.findall(rf"^(?:\d+\. )?{name}\((.*)\) -> ", documentation, re.M)
-    signatures = [s for s in signatures if not s.startswith("*args")]
-    assert signatures, name
+    signatures = re.findall(rf"^(?:\d+\. )?{name}\((?!\*args)(.*)\) -> ", documentation, re.M)
     for number, definition in enumerate(definitions):
-        signature = signatures[min(number, len(signatures) - 1)]
-        function = ast.parse(f"def {name}({signature}): ...").body[0]
-        is_overload = len(definitions) > 1
-        assert arguments_of(definition, not is_overload) == arguments_of(function, not is_overload), name
+        function = ast.parse(f"def f({signatures[min(number, len(signatures) - 1)]}): ...").body[0]
+        is_alone = len(definitions) == 1
+        assert arguments_of(definition, is_alone) == arguments_of(function, is_alone), name
 
 
 def check_names(stub, module):
-    definitions = definitions_of(stub)
-    assert public(definitions) == public(vars(module)), stub
+    definitions = {}
+    for item in stub.body:
+        name = item.target.id if isinstance(item, ast.AnnAssign) else getattr(item, "name", "_")
+        definitions.setdefault(name, []).append(item)
+    assert public(definitions) == public(vars(module)), module
     for name in public(definitions) | definitions.keys() & {"__init__"}:
         first, thing = definitions[name][0], getattr(module, name)
         if isinstance(first, ast.ClassDef):
@@ -61,9 +52,7 @@ def check_names(stub, module):
 
 def test_stub_and_module_have_the_same_names():
     check_names(ast.parse((FOLDER / "_morphray.pyi").read_text()), morphray._morphray)
-    modules = {"_morphray", "open3d", "trimesh"}
-    assert public(vars(morphray)) - modules == set(morphray.__all__)
-    assert public(vars(morphray._morphray)) < set(morphray.__all__)
+    assert public(vars(morphray._morphray)) < set(morphray.__all__) <= public(vars(morphray))
 
 
 @pytest.mark.skipif(not shutil.which("mypy"), reason="no mypy")
