@@ -28,7 +28,9 @@ int side(PlanePoint a, PlanePoint b, PlanePoint c, double tolerance = 0) {
     const double left = (b.x - a.x) * (c.y - a.y);
     const double right = (b.y - a.y) * (c.x - a.x);
     const double area = left - right;
-    if (tolerance > 0 && std::abs(area) <= tolerance * std::hypot(b.x - a.x, b.y - a.y)) return 0;
+    // Versions of glibc differ in the last bit of hypot().
+    const double length = std::sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y));
+    if (tolerance > 0 && std::abs(area) <= tolerance * length) return 0;
     // Seven roundings of 2^-53 each: less than 2^-50. Products that are 0 are exact.
     if (left == 0 || right == 0 || std::abs(area) > 0x1p-50 * (std::abs(left) + std::abs(right)))
         return area > 0 ? 1 : area < 0 ? -1 : 0;
