@@ -79,6 +79,25 @@ install_missing() {
     rm -f "$build/build.ninja"
 }
 
+# apt_with_state STATE ARCHITECTURE ARGUMENT...: apt with the folder STATE, in which nothing is installed.
+apt_with_state() {
+    local state=$1 architecture=$2
+    shift 2
+    mkdir -p "$state/lists/partial" "$state/archives/partial"
+    : >"$state/status"
+    cat >"$state/apt.conf" <<END
+APT::Architecture "$architecture";
+APT::Architectures { "$architecture"; };
+APT::Install-Recommends "false";
+APT::Sandbox::User "";
+Debug::NoLocking "true";
+Dir::State "$state";
+Dir::State::status "$state/status";
+Dir::Cache "$state";
+END
+    APT_CONFIG=$state/apt.conf apt-get -q -y "$@" >>"$log" 2>&1
+}
+
 cache_has() { grep -qxF "$1" "$build/CMakeCache.txt" 2>/dev/null; }
 
 # configure TESTS: once; afterwards ninja does it. Without tests (OFF) a tree that has them will do.

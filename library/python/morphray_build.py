@@ -1,8 +1,8 @@
 """The build backend of pyproject.toml (PEP 517): CMake builds the package, and this packs it.
 
-The wheel is for machines like the one that made it. Building needs cmake, a C++20 compiler, the headers
-of Python and pybind11, and the libraries that cmake/packages.txt lists as "build". Setting (pip's
---config-settings): vulkan=OFF builds without Vulkan.
+The wheel is for machines like the one that made it; cmake/wheel/run makes wheels for others. Building
+needs cmake, a C++20 compiler, the headers of Python and pybind11, and the libraries that
+cmake/packages.txt lists as "build". Setting (pip's --config-settings): vulkan=OFF builds without Vulkan.
 """
 
 import base64
@@ -11,23 +11,21 @@ import os
 import pathlib
 import re
 import shutil
+import stat
 import subprocess
 import sys
 import sysconfig
 import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-
-def _version():
-    text = (ROOT / "CMakeLists.txt").read_text()
-    return re.search(r"project\(morphray VERSION ([0-9.]+)", text).group(1)
+VERSION = re.search(r"project\(morphray VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
+NAME = f"morphray-{VERSION}"
 
 
 def _metadata():
     return f"""Metadata-Version: 2.1
 Name: morphray
-Version: {_version()}
+Version: {VERSION}
 Summary: A ray tracer for deforming triangle meshes with bit-exact results
 License: MIT
 Requires-Python: >=3.9
@@ -67,7 +65,7 @@ def _record_line(name, data):
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     """Lets pip look for numpy before anything is compiled."""
-    folder = pathlib.Path(metadata_directory) / f"morphray-{_version()}.dist-info"
+    folder = pathlib.Path(metadata_directory) / f"{NAME}.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text(_metadata())
     return folder.name
@@ -78,17 +76,31 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     module = f"_morphray{sysconfig.get_config_var('EXT_SUFFIX')}"
     python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
     tag = f"{python}-{python}-{re.sub('[-.]', '_', sysconfig.get_platform())}"
-    info = f"morphray-{_version()}.dist-info"
-    files = {f"morphray/{name}": (package / name).read_bytes()
-             for name in ("__init__.py", "digest.py", "open3d.py", "trimesh.py", "py.typed", module)}
+    return pack(wheel_directory, tag, {f"morphray/{module}": package / module})
+
+
+def pack(wheel_directory, tag, paths):
+    """Writes a wheel of the Python files and of `paths`, which maps names in the wheel to files.
+
+    Returns the name of the wheel. Equal files give equal wheels.
+    """
+    python_files = (path for path in (ROOT / "library/python/morphray").iterdir()
+                    if path.suffix in (".py", ".pyi", ".typed"))
+    info = f"{NAME}.dist-info"
+    paths = {**{f"morphray/{path.name}": path for path in sorted(python_files)}, **paths,
+             f"{info}/LICENSE": ROOT / "LICENSE"}
+    files = {name: path.read_bytes() for name, path in paths.items()}
     files[f"{info}/METADATA"] = _metadata().encode()
     files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: morphray_build\n"
                               f"Root-Is-Purelib: false\nTag: {tag}\n").encode()
-    files[f"{info}/LICENSE"] = (ROOT / "LICENSE").read_bytes()
     record = "".join(_record_line(name, data) for name, data in files.items())
     files[f"{info}/RECORD"] = f"{record}{info}/RECORD,,\n".encode()
-    wheel = f"morphray-{_version()}-{tag}.whl"
-    with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w", zipfile.ZIP_DEFLATED) as archive:
+    wheel = f"{NAME}-{tag}.whl"
+    with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w") as archive:
         for name, data in files.items():
-            archive.writestr(name, data)
+            entry = zipfile.ZipInfo(name)
+            # Programs keep the permission to be executed.
+            mode = 0o755 if "/bin/" in name else 0o644
+            entry.external_attr = (stat.S_IFREG | mode) << 16
+            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
     return wheel

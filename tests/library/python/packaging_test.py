@@ -8,6 +8,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import sysconfig
 import zipfile
 
 import pytest
@@ -27,6 +28,16 @@ def backend(monkeypatch):
     return module
 
 
+def check_record(wheel):
+    record = wheel.read(f"morphray-{morphray.__version__}.dist-info/RECORD").decode()
+    lines = [line.split(",") for line in record.splitlines()]
+    assert [line[0] for line in lines] == wheel.namelist()
+    for name, digest, size in lines[:-1]:
+        data = wheel.read(name)
+        own = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
+        assert (digest, int(size)) == (f"sha256={own}", len(data))
+
+
 def test_wheel_is_complete(backend, tmp_path):
     path = tmp_path / backend.build_wheel(tmp_path)
     wheel = zipfile.ZipFile(path)
@@ -38,12 +49,7 @@ def test_wheel_is_complete(backend, tmp_path):
     assert backend.prepare_metadata_for_build_wheel(tmp_path) == info
     assert (tmp_path / info / "METADATA").read_bytes() == wheel.read(f"{info}/METADATA")
     assert b"Requires-Dist: numpy" in wheel.read(f"{info}/METADATA")
-    lines = [line.split(",") for line in wheel.read(f"{info}/RECORD").decode().splitlines()]
-    assert [line[0] for line in lines] == names
-    for name, digest, size in lines[:-1]:
-        data = wheel.read(name)
-        own = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
-        assert (digest, int(size)) == (f"sha256={own}", len(data))
+    check_record(wheel)
     tag = re.search("^Tag: (.*)$", wheel.read(f"{info}/WHEEL").decode(), re.M).group(1)
     assert path.name == f"morphray-{morphray.__version__}-{tag}.whl"
     metadata = wheel.read(f"{info}/METADATA").decode()
@@ -64,6 +70,55 @@ def test_module_prints_the_documented_digest_of_each_device():
     assert len(lines) > len(morphray.simd_targets())
     assert {int(line[:16], 16) for line in lines} == {morphray.DIGEST}
     assert verdict.startswith("equal")
+
+
+def output(*command):
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def test_wheel_for_other_machines(monkeypatch, tmp_path):
+    build = pathlib.Path(morphray.__file__).parents[2]
+    if not (build / "bin/morphray").exists():
+        return  # the package was not built by CMake's preset
+    monkeypatch.syspath_prepend(str(ROOT / "cmake/wheel"))
+    version = "{}.{}".format(*sys.version_info)
+    libraries = "/usr/lib/" + sysconfig.get_config_var("MULTIARCH")
+    path = importlib.import_module("manylinux").make_wheel(version, build, libraries, tmp_path)
+    wheel = zipfile.ZipFile(path)
+    check_record(wheel)
+    wheel.extractall(tmp_path)
+    program = tmp_path / "morphray/bin/morphray"
+    assert wheel.getinfo("morphray/bin/morphray").external_attr >> 16 & 0o777 == 0o755
+    program.chmod(0o755)
+    own = list((tmp_path / "morphray.libs").iterdir())
+    files = [*(tmp_path / "morphray").glob("*.so"), program, *own]
+    assert len(files) > 10
+    glibc = 0
+    for file in files:
+        # objdump lists the symbols, and manylinux.py reads the versions of libraries.
+        symbols = output("objdump", "--dynamic-syms", file)
+        glibc = max([glibc, *map(int, re.findall(r"\(GLIBC_2\.(\d+)[.)]", symbols))])
+        assert "GLIBCXX_3.4.31" not in symbols
+        for name in re.findall(r"NEEDED +(\S+)", output("objdump", "--private-headers", file)):
+            system = re.match(r"(libc|libm|libgcc_s|libstdc\+\+|libdl|libpthread|ld-linux.*)\.so\.", name)
+            assert system or name in {library.name for library in own}, file
+    # libstdc++ of g++ 12 comes with glibc 2.35.
+    tag = int(re.search(r"manylinux_2_(\d+)_", path.name).group(1))
+    assert glibc <= tag <= max(glibc, 35)
+    licences = [name for name in wheel.namelist() if "/licenses/" in name]
+    assert len(licences) > 5 and all(wheel.read(name) for name in licences)
+    # Neither file takes a library of the system for one of its own.
+    trace = ("import morphray, pathlib; morphray.Scene([]);"
+             "print(pathlib.Path('/proc/self/maps').read_text())")
+    used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
+                          stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    for library in ("libtbb", "libgmp", "libfmt", "libhwy", "libxxhash"):
+        mapped = set(re.findall(rf"\S*/{library}\S*", used.stdout))
+        assert [str(tmp_path / "morphray.libs") in name for name in mapped] == [True], mapped
+    unresolved = output("ldd", program)
+    assert f"{tmp_path}/morphray/bin/../../morphray.libs/libtbb" in unresolved
+    assert "not found" not in unresolved
+    assert "builtin:cloth" in output(program, "info")
 
 
 def cmake(*arguments):
