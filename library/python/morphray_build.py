@@ -99,8 +99,7 @@ def pack(wheel_directory, tag, paths):
     with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w") as archive:
         for name, data in files.items():
             entry = zipfile.ZipInfo(name)
-            # Programs keep the permission to be executed.
-            mode = 0o755 if "/bin/" in name else 0o644
+            mode = 0o755 if re.search("/(bin|scripts)/", name) else 0o644
             entry.external_attr = (stat.S_IFREG | mode) << 16
             archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
     return wheel

@@ -87,9 +87,11 @@ def test_wheel_for_other_machines(monkeypatch, tmp_path):
     wheel = zipfile.ZipFile(path)
     check_record(wheel)
     wheel.extractall(tmp_path)
-    program = tmp_path / "morphray/bin/morphray"
-    assert wheel.getinfo("morphray/bin/morphray").external_attr >> 16 & 0o777 == 0o755
-    program.chmod(0o755)
+    executables = ["morphray/bin/morphray", f"morphray-{morphray.__version__}.data/scripts/morphray"]
+    for name in executables:
+        assert wheel.getinfo(name).external_attr >> 16 & 0o777 == 0o755
+        (tmp_path / name).chmod(0o755)
+    program, launcher = [tmp_path / name for name in executables]
     own = list((tmp_path / "morphray.libs").iterdir())
     files = [*(tmp_path / "morphray").glob("*.so"), program, *own]
     assert len(files) > 10
@@ -110,15 +112,15 @@ def test_wheel_for_other_machines(monkeypatch, tmp_path):
     # Neither file takes a library of the system for one of its own.
     trace = ("import morphray, pathlib; morphray.Scene([]);"
              "print(pathlib.Path('/proc/self/maps').read_text())")
-    used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
-                          stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    mapped_files = output(sys.executable, "-c", trace)
     for library in ("libtbb", "libgmp", "libfmt", "libhwy", "libxxhash"):
-        mapped = set(re.findall(rf"\S*/{library}\S*", used.stdout))
+        mapped = set(re.findall(rf"\S*/{library}\S*", mapped_files))
         assert [str(tmp_path / "morphray.libs") in name for name in mapped] == [True], mapped
-    unresolved = output("ldd", program)
-    assert f"{tmp_path}/morphray/bin/../../morphray.libs/libtbb" in unresolved
-    assert "not found" not in unresolved
-    assert "builtin:cloth" in output(program, "info")
+    resolved = output("ldd", program)
+    assert f"{tmp_path}/morphray/bin/../../morphray.libs/libtbb" in resolved
+    assert "not found" not in resolved
+    assert "builtin:cloth" in output(sys.executable, launcher, "info")
 
 
 def cmake(*arguments):
