@@ -35,19 +35,15 @@ def _needed(path):
 def _copy_libraries(files, libraries, folder):
     """Copies all libraries that `files` need, and lets each file find them. Maps copies to originals."""
     folder.mkdir()
-    names, originals = {}, {}
-    pending = list(files)
+    names, originals, pending = {}, {}, list(files)
     for path in pending:
-        for name in _needed(path):
-            if name in names:
-                continue
+        for name in [name for name in _needed(path) if name not in names]:
             data = (libraries / name).read_bytes()
             stem, end = name.split(".so", 1)
             names[name] = f"{stem}-{hashlib.sha256(data).hexdigest()[:8]}.so{end}"
-            copy = folder / names[name]
-            copy.write_bytes(data)
-            originals[copy] = (libraries / name).resolve()
-            pending.append(copy)
+            pending.append(folder / names[name])
+            pending[-1].write_bytes(data)
+            originals[pending[-1]] = (libraries / name).resolve()
     for path in pending:
         # One change a call: patchelf 0.14 writes the strings of several over each other.
         for name in _needed(path):
@@ -86,8 +82,7 @@ def make_wheel(version, build, libraries, folder):
             owner = _output("dpkg-query", "--search", f"*/{original.name}").split(":")[0]
             paths[f"{morphray_build.NAME}.dist-info/licenses/{owner}"] = (
                 libraries.parents[1] / "share/doc" / owner / "copyright")
-        machine = libraries.name.split("-")[0]
-        tag = f"{python}-{python}-manylinux_2_{_oldest_glibc(files)}_{machine}"
+        tag = f"{python}-{python}-manylinux_2_{_oldest_glibc(files)}_{libraries.name.split('-')[0]}"
         return pathlib.Path(folder) / morphray_build.pack(folder, tag, paths)
 
 

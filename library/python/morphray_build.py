@@ -58,11 +58,6 @@ def _build(settings):
     return build / "python" / "morphray"
 
 
-def _record_line(name, data):
-    digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
-    return f"{name},sha256={digest},{len(data)}\n"
-
-
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     """Lets pip look for numpy before anything is compiled."""
     folder = pathlib.Path(metadata_directory) / f"{NAME}.dist-info"
@@ -93,7 +88,10 @@ def pack(wheel_directory, tag, paths):
     files[f"{info}/METADATA"] = _metadata().encode()
     files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: morphray_build\n"
                               f"Root-Is-Purelib: false\nTag: {tag}\n").encode()
-    record = "".join(_record_line(name, data) for name, data in files.items())
+    record = ""
+    for name, data in files.items():
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        record += f"{name},sha256={digest},{len(data)}\n"
     files[f"{info}/RECORD"] = f"{record}{info}/RECORD,,\n".encode()
     wheel = f"{NAME}-{tag}.whl"
     with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w") as archive:
