@@ -44,7 +44,7 @@ from ._morphray import (
     vulkan_devices,
 )
 
-__all__ = ["INVALID_ID", "AllHits", "Cancel", "Comparison", "Device", "EdgeCounts", "Error", "Image",
+__all__ = ["DIGEST", "INVALID_ID", "AllHits", "Cancel", "Comparison", "Device", "EdgeCounts", "Error", "Image",
            "LeftOut", "Mesh", "Scene", "Textures", "TreeStatistics", "Update", "VulkanDeviceInfo",
            "__version__", "closest_dtype", "compare", "hit_dtype", "ray_dtype", "simd_targets",
            "vulkan_devices"]

@@ -19,6 +19,7 @@ _Crossing = Literal["once", "each", "owner"]
 _Rule = Literal["nonzero", "odd"]
 _Threads = Literal["all", "calling"]
 
+DIGEST: int
 __version__: str
 INVALID_ID: int
 ray_dtype: np.dtype[np.void]
@@ -52,6 +53,7 @@ class Device:
     def name(self) -> str: ...
     @property
     def description(self) -> str: ...
+    def digest(self) -> int: ...
 
 class VulkanDeviceInfo:
     @property
