@@ -19,8 +19,10 @@ namespace {
 
 struct Peers {
     explicit Peers(const ChartScene& scene)
-        : tree(build_paper_tree(scene.topology, scene.scene_space.positions)) {
+        : tree(build_paper_tree(scene.topology, scene.scene_space.positions)),
+          gpu_tree(build_peer_tree(scene.topology, scene.scene_space.positions, 1.5, 4)) {
         refit(tree, scene.topology, scene.world_space.positions);
+        if (gpu_tree.nodes.size() > 1) refit(gpu_tree, scene.topology, scene.world_space.positions);
 #ifdef MORPHRAY_EMBREE
         devices.emplace_back(0, "");
         embree = embree_variants(devices, scene.topology, scene.world_space.positions);
@@ -29,6 +31,7 @@ struct Peers {
 
     /// In world space; of the method of 2007 and of the rules.
     PeerTree tree;
+    PeerTree gpu_tree;
 #ifdef MORPHRAY_EMBREE
     std::vector<EmbreeDevice> devices;
     std::vector<EmbreeVariant> embree;
@@ -48,11 +51,10 @@ TileRange brute_tiles(const ChartScene& scene, const RaySet& set) {
     return {first, std::min(set.tiles.size(), first + count)};
 }
 
-Tracer device_tracer(const ChartDevice& device, const RaySet& set) {
+Tracer device_tracer(const std::function<void(const RayBatch&)>& trace, const RaySet& set) {
     const auto answers = std::make_shared<TraceAnswers>(set);
-    return {.name = device.name,
-            .trace =
-                [backend = device.backend, answers, &set](const TileRange& range) {
+    return {.trace =
+                [trace, answers, &set](const TileRange& range) {
                     if (range.begin == range.end) return;
                     const std::size_t first = set.tiles[range.begin].begin;
                     const std::size_t count = set.tiles[range.end - 1].end - first;
@@ -60,10 +62,22 @@ Tracer device_tracer(const ChartDevice& device, const RaySet& set) {
                         return std::span(all).subspan(all.empty() ? 0 : first,
                                                       all.empty() ? 0 : count);
                     };
-                    backend->trace({std::span(set.rays).subspan(first, count), some(answers->hits),
-                                    some(answers->occluded)});
+                    trace({std::span(set.rays).subspan(first, count), some(answers->hits),
+                           some(answers->occluded)});
                 },
             .answers = [answers] { return *answers; }};
+}
+
+/// The kernel finds closest hits alone.
+Tracer gpu_peer_tracer(const ChartDevice& device, const PeerTree& tree, const RaySet& set) {
+    const auto trace = [trace_rays = device.make_peer(tree, set.rays.size())](const RayBatch& to) {
+        if (to.occluded.empty()) return trace_rays(to.rays, to.hits);
+        std::vector<Hit> hits(to.rays.size());
+        trace_rays(to.rays, hits);
+        for (std::size_t i = 0; i < hits.size(); ++i)
+            to.occluded[i] = hits[i].prim_id != kNoPrim ? 1 : 0;
+    };
+    return device_tracer(trace, set);
 }
 
 }  // namespace
@@ -93,8 +107,15 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
                             tracer.name == "single" ? "" : "s"),
                 "ours", !packets, tracer);
         }
-        for (const ChartDevice& device : devices)
-            add(device.name, "Vulkan", true, device_tracer(device, ours));
+        for (const ChartDevice& device : devices) {
+            const auto trace = [backend = device.backend](const RayBatch& to) {
+                backend->trace(to);
+            };
+            add("Vulkan " + device.name, "Vulkan", true, device_tracer(trace, ours));
+            if (device.make_peer && peers->gpu_tree.nodes.size() > 1)
+                add("GPU peer " + device.name, "GPU peer", true,
+                    gpu_peer_tracer(device, peers->gpu_tree, theirs));
+        }
         if (ours.in_packets())
             add("2007 packets", "2007", false, paper_tracer(peers->tree, theirs));
 #ifdef MORPHRAY_EMBREE

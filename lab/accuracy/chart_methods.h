@@ -10,6 +10,7 @@
 #include "common/backend.h"
 #include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/score.h"
+#include "lab/methods/peer_tree.h"
 
 namespace mray::lab {
 
@@ -22,7 +23,7 @@ struct ChartRays {
 /// A method with a way to trace these rays.
 struct ChartTracer {
     std::string method;
-    /// "ours", "Vulkan", "2007", "Embree fast", "Embree robust" or "rules".
+    /// "ours", "Vulkan", "GPU peer", "2007", "Embree fast", "Embree robust" or "rules".
     std::string family;
     /// Methods that are slow trace fewer rays than the others.
     bool slow;
@@ -36,6 +37,9 @@ struct ChartDevice {
     std::string name;
     std::string detail;
     std::shared_ptr<Backend> backend;
+    /// Finds closest hits by the GPU peer over a tree that outlives it; takes up to `most_rays`.
+    using TraceRays = std::function<void(std::span<const Ray>, std::span<Hit>)>;
+    std::function<TraceRays(const PeerTree& tree, std::size_t most_rays)> make_peer;
 };
 
 /// Makes the methods' tracers of some rays, which outlive them; methods come in the same order each

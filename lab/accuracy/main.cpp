@@ -13,8 +13,8 @@
 #include "common/base/output_file.h"
 #include "common/frame_times.h"
 #include "common/version.h"
-#include "gpu/vulkan_backend.h"
 #include "lab/accuracy/charts.h"
+#include "lab/methods/gpu_peer.h"
 #include "report/machine.h"
 #include "report/plot.h"
 #include "report/shell.h"
@@ -73,8 +73,17 @@ std::vector<ChartDevice> open_devices() {
             config.device = std::to_string(info.index);
             // Without "(LLVM 15.0.6, 256 bits)"; the footer has all.
             const std::string name = info.name.substr(0, info.name.find(" ("));
-            devices.push_back({"Vulkan " + name, fmt::format("{} ({})", info.name, info.driver),
-                               gpu::make_vulkan_backend(config)});
+            const auto shared = gpu::open_device(config);
+            const auto make_peer = [shared](const PeerTree& tree, std::size_t most_rays) {
+                const auto peer = std::make_shared<GpuPeer>(shared, tree, ImageParams{}, most_rays);
+                return [peer](std::span<const Ray> rays, std::span<Hit> hits) {
+                    peer->set_rays(rays);
+                    peer->trace(kPeerRays);
+                    peer->read_hits(hits);
+                };
+            };
+            devices.push_back({name, fmt::format("{} ({})", info.name, info.driver),
+                               gpu::make_backend_on(shared), make_peer});
         }
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kUnavailable) throw;
@@ -110,6 +119,7 @@ constexpr const char* kMethods = R"(<dl>
 <dd>our tracers on the CPU: every triangle; a tree without vectors; the best instruction set with a
 ray a call, the rays of a tile a call, and 64 x 64 rays with a common origin</dd>
 <dt>Vulkan</dt><dd>our tracer on a device, its transfers included</dd>
+<dt>GPU peer</dt><dd>two boxes a node, one ray a lane, the rule of Moeller and Trumbore, likewise</dd>
 <dt>2007 packets</dt><dd>16 x 16 rays as by Wald, Boulos and Shirley, in wider vectors</dd>
 <dt>Embree</dt><dd>1 or 16 rays a call; fast or with the flag ROBUST; a MEDIUM tree or a HIGH one,
 which has spatial splits</dd>

@@ -1,6 +1,6 @@
 // The interface of host and kernel of the peer on a Vulkan device.
-#ifndef BENCH_GPU_PEER_INTERFACE_H
-#define BENCH_GPU_PEER_INTERFACE_H
+#ifndef METHODS_GPU_PEER_INTERFACE_H
+#define METHODS_GPU_PEER_INTERFACE_H
 
 #include "common/interop/camera.h"
 #include "common/interop/ray.h"
@@ -28,4 +28,4 @@ struct PeerArguments {
 
 SHARED_END
 
-#endif  // BENCH_GPU_PEER_INTERFACE_H
+#endif  // METHODS_GPU_PEER_INTERFACE_H

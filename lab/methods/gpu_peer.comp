@@ -4,7 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#include "lab/bench/gpu/peer_interface.h"
+#include "lab/methods/gpu_peer_interface.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "shaders/kernel_interface.h"
