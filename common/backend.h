@@ -31,6 +31,8 @@ struct BackendTimes {
     std::uint64_t rays = 0;
 };
 
+class Pose;
+
 /// The part of a tree that a refit writes. The bytes of the refitted tree do not depend on it.
 enum class RefitExtent {
     kMoved,  // leaves with a vertex that moved, and the nodes above them
@@ -62,10 +64,11 @@ struct RayBatch {
     std::span<std::uint8_t> occluded = {};
 };
 
-/// A backend holds one scene at a time: topology, positions, and a BVH of its own. Not thread-safe;
-/// it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit (before any work),
-/// kDeviceLost. A set_scene() that throws may have dropped the scene: then nothing is hit, and
-/// refit() and set_frame() throw Error(kBadArgument), until the next set_scene().
+/// A backend holds one scene at a time: topology and pose, which it borrows, and a BVH of its own.
+/// Not thread-safe; it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit
+/// (before any work), kDeviceLost. A set_scene() that throws may have dropped the scene: then
+/// nothing is hit, and refit() and set_tree() throw Error(kBadArgument), until the next
+/// set_scene().
 class Backend {
 public:
     explicit Backend(BackendInfo info) : info_(std::move(info)) {}
@@ -77,17 +80,16 @@ public:
     /// Throws Error(kUnavailable) in a forked child, if the device is the parent's alone.
     virtual void require_own_process() const {}
 
-    /// Takes a scene: a topology, which has to outlive it, positions in scene space, and a tree
-    /// over them. The scene before is dropped.
-    virtual void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) = 0;
-    /// Takes new positions and a tree over them, refitted or built elsewhere.
-    virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
-    /// Takes new positions, which outside of `changed` (ascending ranges) are the old ones, and
-    /// refits the tree. A device may leave that to the next call that needs the tree. Returns the
-    /// number of leaves that are written: 0 if no vertex moved and the extent is kMoved.
-    virtual std::uint64_t refit(std::span<const vec3> positions,
-                                RefitExtent extent = RefitExtent::kMoved,
-                                std::span<const IndexRange> changed = kAllIndices) = 0;
+    /// Takes a scene: topology, pose and a tree at the pose. The scene before is dropped. Topology
+    /// and pose have to outlive the scene. After each move of the pose call refit() or set_tree()
+    /// first, or set_scene() if its number of vertices is another one.
+    virtual void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) = 0;
+    /// Takes a tree at the pose, refitted or built elsewhere.
+    virtual void set_tree(const Bvh& bvh) = 0;
+    /// Refits the tree to the last move of the pose. A device may leave that to the next call that
+    /// needs the tree. Returns the number of leaves that are written: 0 if no vertex moved and the
+    /// extent is kMoved.
+    virtual std::uint64_t refit(RefitExtent extent = RefitExtent::kMoved) = 0;
 
     /// The nodes of the tree at the current positions; valid until the next call but finish().
     virtual std::span<const Node> nodes() = 0;

@@ -26,6 +26,7 @@ namespace {
 constexpr std::size_t kRayGrain = 2048;
 
 const Topology kNoTopology;
+const Pose kNoPose;
 
 /// A tracer of images and what answers a QueryBatch.
 struct Tracers {
@@ -47,40 +48,37 @@ public:
           target_(target),
           arena_(std::move(arena)),
           make_tracers_(std::move(make_tracers)),
-          tracers_(make_tracers_(*topology_, planner_.pose().positions(), bvh_)) {}
+          tracers_(make_tracers_(*topology_, pose_->positions(), bvh_)) {}
 
-    void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override {
+    void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
         const Stopwatch watch;
         topology_ = &topology;
-        planner_ = RefitPlanner(positions);
+        pose_ = &pose;
         bvh_ = std::move(bvh);
+        block_leaves_.reset();
         // Until the next scene arrays of pose and tree may change, not their places.
-        tracers_ = make_tracers_(topology, planner_.pose().positions(), bvh_);
+        tracers_ = make_tracers_(topology, pose.positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
-    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
+    void set_tree(const Bvh& bvh) override {
         const Stopwatch watch;
-        arena_->execute([&] { planner_.set_frame(positions); });
         bvh_ = bvh;
+        block_leaves_.reset();
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
-    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
-                        std::span<const IndexRange> changed) override {
-        const Stopwatch upload;
-        arena_->execute([&] { planner_.advance(positions, changed); });
-        times_ = {.update = {.upload_ms = upload.ms()}};
+    std::uint64_t refit(RefitExtent extent) override {
         const Stopwatch watch;
-        const RefitPlan plan = planner_.plan(bvh_, extent);
+        const RefitPlan plan = plan_refit(bvh_, *pose_, extent, block_leaves_);
         arena_->execute([&] {
             if (plan.all) {
-                cpu::refit(bvh_, planner_.pose().positions(), target_);
+                cpu::refit(bvh_, pose_->positions(), target_);
             } else {
-                cpu::refit(bvh_, planner_.pose().positions(), plan.parts, target_);
+                cpu::refit(bvh_, pose_->positions(), plan.parts, target_);
             }
         });
-        times_.update.refit_ms = watch.ms();
+        times_ = {.update = {.refit_ms = watch.ms()}};
         return plan.leaf_count;
     }
 
@@ -90,7 +88,7 @@ public:
     void read_tree(Bvh& bvh) override { bvh = bvh_; }
 
     void edit_tree(const TreeEdit& edit) override {
-        if (arena_->execute([&] { return edit(bvh_); })) planner_.set_tree();
+        if (arena_->execute([&] { return edit(bvh_); })) block_leaves_.reset();
     }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
@@ -102,7 +100,7 @@ public:
         resize_watched(frame.occlusion, pixels, caller);
         resize_watched(frame.pixels, frame.with_pixels ? pixels : 0, caller);
         const Stopwatch watch;
-        const ShadedMesh mesh{topology_, planner_.pose().positions()};
+        const ShadedMesh mesh{topology_, pose_->positions()};
         const ImageTiles tiles = tiles_for(params);
         std::atomic<std::uint64_t> secondary = 0;
         arena_->execute([&] {
@@ -153,8 +151,9 @@ private:
     std::unique_ptr<ThreadArena> arena_;
     MakeTracers make_tracers_;
     const Topology* topology_ = &kNoTopology;
-    RefitPlanner planner_;
+    const Pose* pose_ = &kNoPose;
     Bvh bvh_;
+    std::optional<BlockLeaves> block_leaves_;
     Tracers tracers_;
     BackendTimes times_;
 };

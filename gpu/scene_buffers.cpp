@@ -79,7 +79,7 @@ constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
 constexpr std::size_t kMostRanges = 8;
 
 /// Vertices whose positions have to go to the device.
-std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
+std::vector<IndexRange> moved_vertices(const Pose& pose, const RefitPlan& plan) {
     const auto count = static_cast<std::uint32_t>(pose.positions().size());
     if (plan.all && count > 0) return {{0, count}};
     std::vector<IndexRange> ranges = covering_ranges(pose.moved_blocks(), kMostRanges);
@@ -239,7 +239,7 @@ void SceneBuffers::add_to(Bindings& bindings) const {
 }
 
 Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
-                   const PoseMemory& pose, const RefitPlan& plan) {
+                   const Pose& pose, const RefitPlan& plan) {
     Record upload = scene.set_positions(pose.positions(), moved_vertices(pose, plan));
     std::vector<RefitDispatch> dispatches = dispatches_of(context, kernels, scene, plan);
     if (!upload && dispatches.empty()) return {};

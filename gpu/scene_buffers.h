@@ -73,6 +73,6 @@ private:
 /// Sets the positions that the plan needs: moved ones, or all. Returns commands that refit the
 /// present scene by the plan and may write the same bytes to further leaves and nodes, or nothing.
 Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
-                   const PoseMemory& pose, const RefitPlan& plan);
+                   const Pose& pose, const RefitPlan& plan);
 
 }  // namespace mray::gpu

@@ -54,48 +54,45 @@ public:
 
     void require_own_process() const override { throw_if_forked(); }
 
-    void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override {
+    void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
         const Stopwatch watch;
-        check_scene(physical(), kind_, size_of(positions.size(), topology.triangles.size(), bvh));
+        check_scene(physical(), kind_,
+                    size_of(topology.vertex_count, topology.triangles.size(), bvh));
         // The scene before goes first: there may not be room for both.
         clear();
-        SceneBuffers next(shared_->device, kind_, transfer_, topology, positions, bvh);
+        SceneBuffers next(shared_->device, kind_, transfer_, topology, pose.positions(), bvh);
         no_scene_.emplace(std::move(scene_));
         scene_ = std::move(next);
         bind();
-        planner_ = RefitPlanner(positions);
+        pose_ = &pose;
         keep_links(bvh);
         shared_->device.throw_on_validation_errors();
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
-    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
-        require_scene_of(positions);
+    void set_tree(const Bvh& bvh) override {
+        require_scene();
         finish_refit();
         const Stopwatch watch;
-        check_scene(physical(), kind_, size_of(positions.size(), scene_.triangle_count(), bvh));
         is_behind_ = true;
-        scene_.set_positions(transfer_, positions);
-        scene_.set_tree(transfer_, bvh);
-        bind();
-        planner_.set_frame(positions);
+        scene_.set_positions(transfer_, pose_->positions());
+        take_tree(bvh);
         is_behind_ = false;
-        keep_links(bvh);
         shared_->device.throw_on_validation_errors();
         times_.update.upload_ms = watch.ms();
     }
 
-    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
-                        std::span<const IndexRange> changed) override {
-        require_scene_of(positions);
+    std::uint64_t refit(RefitExtent extent) override {
+        require_scene();
         finish_refit();
+        // A call that fails must not lose the blocks that moved.
+        is_behind_ = true;
         kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
         const Stopwatch watch;
-        planner_.advance(positions, changed);
-        const RefitPlan plan = planner_.plan(links_, extent);
+        const RefitPlan plan = plan_refit(links_, *pose_, extent, block_leaves_);
         host_tree_.reset();
         times_.update.refit_ms = 0;
-        defer_refit(lacks_boxes_ ? planner_.plan(links_, RefitExtent::kAll) : plan);
+        defer_refit(lacks_boxes_ ? plan_all() : plan);
         times_.update.upload_ms = watch.ms();
         return plan.leaf_count;
     }
@@ -125,13 +122,7 @@ public:
     void edit_tree(const TreeEdit& edit) override {
         Bvh tree;
         read_tree(tree);
-        if (!edit(tree)) return;
-        check_scene(physical(), kind_,
-                    size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
-        scene_.set_tree(transfer_, tree);
-        bind();
-        planner_.set_tree();
-        keep_links(tree);
+        if (edit(tree)) take_tree(tree);
     }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
@@ -196,9 +187,18 @@ private:
         return use;
     }
 
+    void take_tree(const Bvh& bvh) {
+        check_scene(physical(), kind_,
+                    size_of(scene_.vertex_count(), scene_.triangle_count(), bvh));
+        scene_.set_tree(transfer_, bvh);
+        bind();
+        keep_links(bvh);
+    }
+
     /// Notes that the device has another tree.
     void keep_links(const Bvh& bvh) {
         host_tree_.reset();
+        block_leaves_.reset();
         lacks_boxes_ = true;
         links_.leaf_vertices = bvh.leaf_vertices;
         links_.leaf_parents = bvh.leaf_parents;
@@ -208,20 +208,17 @@ private:
         links_.triangle_count = bvh.triangle_count;
     }
 
-    /// Throws unless the scene has as many vertices: they would go beyond the end of its buffer.
-    void require_scene_of(std::span<const vec3> positions) const {
-        if (positions.size() == scene_.vertex_count()) return;
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("positions of {} vertices are given for a scene of {}; a call that "
-                                "failed may have dropped the scene, so set one again",
-                                positions.size(), scene_.vertex_count()));
+    void require_scene() const {
+        if (pose_ == nullptr)
+            throw Error(ErrorKind::kBadArgument,
+                        "no scene is set; a call that failed may have dropped it");
     }
 
     /// Drops scene and deferred refit: nothing is hit. Makes nothing: memory may be used up.
     void clear() {
         context_.drop_deferred();
         is_behind_ = false;
-        planner_ = RefitPlanner();
+        pose_ = nullptr;
         keep_links(empty_tree());
         lacks_boxes_ = false;
         if (!no_scene_) return;
@@ -230,14 +227,13 @@ private:
         bind();
     }
 
-    /// Leaves a refit to the planner's pose to the next submission.
+    RefitPlan plan_all() const { return {.all = true, .leaf_count = links_.leaf_parents.size()}; }
+
+    /// Leaves a refit to the pose to the next submission.
     void defer_refit(const RefitPlan& plan) {
-        const bool was_behind = std::exchange(is_behind_, true);
-        Record record = refit_scene(context_, kernels_, scene_, planner_.pose(), plan);
-        if (!record) {
-            is_behind_ = was_behind;
-            return;
-        }
+        Record record = refit_scene(context_, kernels_, scene_, *pose_, plan);
+        is_behind_ = static_cast<bool>(record);
+        if (!is_behind_) return;
         context_.defer(std::move(record), [this, is_all = plan.all](double device_ms) {
             times_.update.refit_ms = device_ms;
             is_behind_ = false;
@@ -249,7 +245,7 @@ private:
     void catch_up() {
         if (!is_behind_ || context_.has_deferred()) return;
         kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
-        defer_refit(planner_.plan(links_, RefitExtent::kAll));
+        defer_refit(plan_all());
     }
 
     /// catch_up(), and for a tree that was set: a refit writes the boxes that rays need.
@@ -275,13 +271,15 @@ private:
     std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;
     Queries queries_;
-    RefitPlanner planner_;
-    /// Whether the device's tree is not, or not yet, that of the planner's pose.
+    /// Null without a scene.
+    const Pose* pose_ = nullptr;
+    /// Whether the device's tree is not, or not yet, that of the pose.
     bool is_behind_ = false;
     /// Whether boxes of quarters and groups, which rays need, are not those of the tree.
     bool lacks_boxes_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;
+    std::optional<BlockLeaves> block_leaves_;
     /// host_tree(), where it has been read since positions or tree changed.
     std::optional<Bvh> host_tree_;
     /// The nodes for nodes(), if the host does not see the device's.

@@ -259,8 +259,8 @@ private:
     }
 
     void trace_reference() {
-        brute_->set_frame(positions(), rebuilt_);
-        cpu_given_->set_frame(positions(), rebuilt_);
+        brute_->set_tree(rebuilt_);
+        cpu_given_->set_tree(rebuilt_);
         expected_.resize(rays_.size());
         for (std::size_t i = 0; i < rays_.size(); ++i) {
             const bool is_brute =
@@ -300,28 +300,28 @@ private:
     }
 
     void check_vulkan() {
-        vulkan_refits_->refit(positions());
+        vulkan_refits_->refit();
         vulkan_refits_->read_tree(vulkan_tree_);
         add_trees(report_, frame_, bvh_hash(cpu_tree_), bvh_hash(vulkan_tree_));
         compare(*vulkan_refits_, "", "vulkan");
-        vulkan_given_->set_frame(positions(), cpu_tree_);
+        vulkan_given_->set_tree(cpu_tree_);
         compare(*vulkan_given_, "", "cpu");
-        vulkan_given_->set_frame(positions(), rebuilt_);
+        vulkan_given_->set_tree(rebuilt_);
         compare(*vulkan_given_, "", "");
     }
 
     void check_cpu() {
         compare(engine::backend(scene_.scene()), "", "cpu");
         if (devices_.vulkan) {
-            cpu_given_->set_frame(positions(), vulkan_tree_);
+            cpu_given_->set_tree(vulkan_tree_);
             compare(*cpu_given_, "", "vulkan");
         }
-        cpu_given_->set_frame(positions(), rebuilt_);
+        cpu_given_->set_tree(rebuilt_);
         compare(*cpu_given_, "", "");
         for (const auto& [simd, device] : devices_.simd) {
             const std::unique_ptr<Backend> backend = engine::copy_on(device, scene_.scene());
             compare(*backend, simd, "cpu");
-            backend->set_frame(positions(), rebuilt_);
+            backend->set_tree(rebuilt_);
             compare(*backend, simd, "");
         }
     }

@@ -413,7 +413,7 @@ public:
             add(samples["deform"], [&] { return scene_.deform(frame); });
             UpdateTimes update;
             add(samples["update"], [&] {
-                refits_.refit(positions, RefitExtent::kAll);
+                refits_.refit(RefitExtent::kAll);
                 update = refits_.finish().update;
                 return update.upload_ms + update.refit_ms;
             });
@@ -425,7 +425,7 @@ public:
                 return watch.ms();
             });
             add(samples["trace"], [&] { return trace(refits_); });
-            if (round == 0) given_->set_frame(positions, rebuilt);
+            if (round == 0) given_->set_tree(rebuilt);
             add(samples["trace_rebuilt"], [&] { return trace(*given_); });
         }
         const FrameTimes times = {.deform_ms = median(samples["deform"]),

@@ -59,9 +59,6 @@ inline std::vector<IndexRange> used_vertices(const Topology& topology) {
 /// The number of triangles with a vertex that is not finite.
 std::uint64_t count_not_finite(const Topology& topology, std::span<const vec3> positions);
 
-/// A list of one range with all indices.
-inline constexpr IndexRange kAllIndices[1] = {{0, 0xFFFFFFFFu}};
-
 /// The edges where a surface is not that of a solid. Each edge is counted once.
 struct EdgeCounts {
     /// Edges of one triangle.

@@ -1,20 +1,19 @@
 #include "common/update/refit_plan.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cstring>
-#include <functional>
+#include <numeric>
 
 namespace mray {
 namespace {
 
-// Blocks a task: 192 KiB of positions.
-constexpr std::uint32_t kGrain = 1024;
-// Blocks that are compared at once, 6 KiB: 0.6 of the time if none of them has moved.
-constexpr std::uint32_t kStretch = 32;
+// Vertices a task: 192 KiB of positions.
+constexpr std::size_t kGrain = 1024 * kMotionBlock;
 // A refit of parts pays up to this part of all: its order of visits is bad for caches.
 constexpr double kWorthwhile = 0.6;
 
@@ -55,66 +54,36 @@ std::vector<std::uint32_t> indices_of(const std::vector<std::uint8_t>& flags) {
 
 }  // namespace
 
-PoseMemory::PoseMemory(std::span<const vec3> positions)
-    : positions_(positions.begin(), positions.end()),
-      moved_((positions.size() + kMotionBlock - 1) / kMotionBlock) {}
+std::vector<std::uint32_t> Pose::moved_blocks() const { return indices_of(moved_); }
 
-std::uint32_t PoseMemory::advance(std::span<const vec3> positions,
-                                  std::span<const IndexRange> changed) {
-    assert(positions.size() == positions_.size());
-    std::uint32_t moved = 0;
-    std::uint32_t end = 0;
-    for (const IndexRange& range : changed) {
-        // Neighbouring ranges may share a block.
-        const std::uint32_t begin = std::max(end, range.begin / kMotionBlock);
-        std::fill(moved_.begin() + end, moved_.begin() + std::min(begin, block_count()),
-                  std::uint8_t{0});
-        if (begin >= block_count()) return moved;
-        end = range.end / kMotionBlock + (range.end % kMotionBlock != 0 ? 1 : 0);
-        end = std::clamp(end, begin, block_count());
-        moved += take_over(positions, {begin, end});
+std::uint32_t Pose::moved_count() const {
+    return std::accumulate(moved_.begin(), moved_.end(), std::uint32_t{0});
+}
+
+void Pose::write(std::size_t first, std::span<const vec3> positions) {
+    vec3* const to = positions_.data() + first;
+    const auto differs = [&](std::size_t begin, std::size_t end) {
+        return std::memcmp(to + begin, positions.data() + begin, (end - begin) * sizeof(vec3)) != 0;
+    };
+    if (!differs(0, positions.size())) return;
+    for (std::size_t begin = 0; begin < positions.size();) {
+        const std::size_t block = (first + begin) / kMotionBlock;
+        const std::size_t end = std::min((block + 1) * kMotionBlock - first, positions.size());
+        // A block may be shared with the vertices of another thread.
+        if (differs(begin, end)) std::atomic_ref(moved_[block]).store(1, std::memory_order_relaxed);
+        begin = end;
     }
-    std::fill(moved_.begin() + end, moved_.end(), std::uint8_t{0});
-    return moved;
+    std::memcpy(to, positions.data(), positions.size_bytes());
 }
 
-/// Compares these blocks with the last pose, and takes those that moved.
-std::uint32_t PoseMemory::take_over(std::span<const vec3> positions, IndexRange blocks) {
-    // Whether `count` vertices from `begin` on have not moved; cuts `count` at the last vertex.
-    const auto same = [&](std::size_t begin, std::size_t& count) {
-        count = std::min(count, positions.size() - begin);
-        return std::memcmp(&positions_[begin], &positions[begin], count * sizeof(vec3)) == 0;
-    };
-    const auto take_block = [&](std::uint32_t block) -> std::uint32_t {
-        const std::size_t begin = std::size_t{block} * kMotionBlock;
-        std::size_t count = kMotionBlock;
-        moved_[block] = same(begin, count) ? 0 : 1;
-        if (moved_[block] != 0)
-            std::memcpy(&positions_[begin], &positions[begin], count * sizeof(vec3));
-        return moved_[block];
-    };
-    const auto take_stretch = [&](std::uint32_t first, std::uint32_t end) {
-        std::size_t vertices = std::size_t{end - first} * kMotionBlock;
-        std::uint32_t count = 0;
-        if (same(std::size_t{first} * kMotionBlock, vertices)) {
-            std::fill(moved_.begin() + first, moved_.begin() + end, std::uint8_t{0});
-        } else {
-            for (std::uint32_t block = first; block < end; ++block) count += take_block(block);
-        }
-        return count;
-    };
-    using Range = tbb::blocked_range<std::uint32_t>;
-    return tbb::parallel_reduce(
-        Range(blocks.begin, blocks.end, kGrain), std::uint32_t{0},
-        [&](const Range& range, std::uint32_t count) {
-            for (std::uint32_t block = range.begin(); block < range.end(); block += kStretch)
-                count += take_stretch(block, std::min(block + kStretch, range.end()));
-            return count;
-        },
-        std::plus<>());
+void Pose::move_to(std::span<const vec3> positions) {
+    assert(positions.size() == positions_.size());
+    begin_move();
+    using Range = tbb::blocked_range<std::size_t>;
+    tbb::parallel_for(Range(0, positions.size(), kGrain), [&](const Range& range) {
+        write(range.begin(), positions.subspan(range.begin(), range.size()));
+    });
 }
-
-std::vector<std::uint32_t> PoseMemory::moved_blocks() const { return indices_of(moved_); }
 
 BlockLeaves::BlockLeaves(const Bvh& bvh, std::uint32_t block_count) : begin_(block_count + 1) {
     const auto leaf_count = static_cast<std::uint32_t>(bvh.leaf_parents.size());
@@ -131,7 +100,7 @@ BlockLeaves::BlockLeaves(const Bvh& bvh, std::uint32_t block_count) : begin_(blo
     }
 }
 
-MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
+MovedParts BlockLeaves::reached(const Bvh& bvh, const Pose& pose) const {
     assert(pose.block_count() + 1 == begin_.size());
     std::vector<std::uint8_t> leaf_moved(bvh.leaf_parents.size());
     for (const std::uint32_t block : pose.moved_blocks()) {
@@ -150,15 +119,17 @@ MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
     return parts;
 }
 
-RefitPlan RefitPlanner::plan(const Bvh& tree, RefitExtent extent) {
+RefitPlan plan_refit(const Bvh& tree, const Pose& pose, RefitExtent extent,
+                     std::optional<BlockLeaves>& block_leaves) {
     const std::size_t leaf_count = tree.leaf_parents.size();
     RefitPlan all = {.all = true, .leaf_count = leaf_count};
     if (extent == RefitExtent::kAll) return all;
-    if (moved_blocks_ == 0) return {};
-    if (!is_worthwhile(moved_blocks_, pose_.block_count())) return all;
-    if (!block_leaves_) block_leaves_.emplace(tree, pose_.block_count());
+    const std::uint32_t moved = pose.moved_count();
+    if (moved == 0) return {};
+    if (!is_worthwhile(moved, pose.block_count())) return all;
+    if (!block_leaves) block_leaves.emplace(tree, pose.block_count());
     RefitPlan plan;
-    plan.parts = block_leaves_->reached(tree, pose_);
+    plan.parts = block_leaves->reached(tree, pose);
     plan.leaf_count = plan.parts.leaves.size();
     return is_worthwhile(plan.leaf_count, leaf_count) ? plan : all;
 }

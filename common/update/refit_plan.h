@@ -1,9 +1,11 @@
-// The parts of a tree that moved vertices reach, so that a refit can leave the rest as it is.
+// A pose, and the parts of a tree that its moved vertices reach: a refit leaves the rest as it is.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/backend.h"
@@ -15,26 +17,30 @@ namespace mray {
 /// Vertices are compared in blocks of this many: three cache lines. Smaller blocks gain nothing.
 inline constexpr std::uint32_t kMotionBlock = 16;
 
-/// The positions of the last pose, and the blocks that moved since the pose before.
-class PoseMemory {
+/// The positions of a scene in scene space, which backends borrow, and the blocks of vertices that
+/// the last move changed.
+class Pose {
 public:
-    PoseMemory() = default;
-    explicit PoseMemory(std::span<const vec3> positions);
+    /// No block has moved.
+    explicit Pose(std::vector<vec3> positions = {})
+        : positions_(std::move(positions)),
+          moved_((positions_.size() + kMotionBlock - 1) / kMotionBlock) {}
 
     std::span<const vec3> positions() const { return positions_; }
     std::uint32_t block_count() const { return static_cast<std::uint32_t>(moved_.size()); }
-
-    /// Takes the next pose; vertices outside of `changed` (ascending ranges) are the same and not
-    /// read. Returns the number of blocks that moved: with a vertex that differs in any bit. Runs
-    /// in the calling thread's arena.
-    std::uint32_t advance(std::span<const vec3> positions,
-                          std::span<const IndexRange> changed = kAllIndices);
-    /// The blocks that moved in the last advance(), ascending.
+    /// The blocks that moved since begin_move(), ascending; and their number.
     std::vector<std::uint32_t> moved_blocks() const;
+    std::uint32_t moved_count() const;
+
+    /// Begins a move: no block has moved.
+    void begin_move() { std::ranges::fill(moved_, std::uint8_t{0}); }
+    /// Overwrites vertices first, first + 1, ...; blocks move if a vertex differs in any bit.
+    /// Threads may write different vertices at the same time.
+    void write(std::size_t first, std::span<const vec3> positions);
+    /// Moves to as many positions, in the calling thread's arena.
+    void move_to(std::span<const vec3> positions);
 
 private:
-    std::uint32_t take_over(std::span<const vec3> positions, IndexRange blocks);
-
     std::vector<vec3> positions_;
     std::vector<std::uint8_t> moved_;
 };
@@ -51,8 +57,8 @@ public:
     /// Reads only leaf_vertices and parents of the tree.
     BlockLeaves(const Bvh& bvh, std::uint32_t block_count);
 
-    /// The parts of the tree that the last advance() of the pose reaches.
-    MovedParts reached(const Bvh& bvh, const PoseMemory& pose) const;
+    /// The parts of the tree that the last move of the pose reaches.
+    MovedParts reached(const Bvh& bvh, const Pose& pose) const;
 
 private:
     /// Block b has leaves_[begin_[b] .. begin_[b + 1]).
@@ -68,36 +74,10 @@ struct RefitPlan {
     std::uint64_t leaf_count = 0;
 };
 
-/// Follows the poses of a scene for a backend that keeps one tree at a time.
-class RefitPlanner {
-public:
-    RefitPlanner() = default;
-    /// Starts at the first pose of a scene.
-    explicit RefitPlanner(std::span<const vec3> positions) : pose_(positions) {}
-
-    const PoseMemory& pose() const { return pose_; }
-
-    /// Takes another pose, with another tree.
-    void set_frame(std::span<const vec3> positions) {
-        pose_.advance(positions);
-        set_tree();
-    }
-    /// Takes another tree at the same pose.
-    void set_tree() { block_leaves_.reset(); }
-    /// Takes the next pose, as PoseMemory::advance().
-    void advance(std::span<const vec3> positions,
-                 std::span<const IndexRange> changed = kAllIndices) {
-        moved_blocks_ = pose_.advance(positions, changed);
-    }
-    /// Plans the refit to the last advance(). Reads leaf_vertices and parents of the tree alone.
-    RefitPlan plan(const Bvh& tree, RefitExtent extent);
-
-private:
-    PoseMemory pose_;
-    std::uint32_t moved_blocks_ = 0;
-    /// Made at the first plan() of a tree that needs it.
-    std::optional<BlockLeaves> block_leaves_;
-};
+/// Plans the refit of a tree to the last move of its pose. Reads leaf_vertices and parents of the
+/// tree alone. Makes its `block_leaves` if they are needed and not there.
+RefitPlan plan_refit(const Bvh& tree, const Pose& pose, RefitExtent extent,
+                     std::optional<BlockLeaves>& block_leaves);
 
 /// At most `most` ranges (at least 1) over ascending indices; the smallest gaps are filled.
 std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, std::size_t most);

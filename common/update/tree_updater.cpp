@@ -5,12 +5,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "common/base/errors.h"
 #include "common/bvh/box.h"
 
 namespace mray {
@@ -84,10 +84,11 @@ const char* name_of(TreeStep step) {
     return kNames[static_cast<std::size_t>(step)];
 }
 
-TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
+TreeUpdater::TreeUpdater(const Topology& topology, const Pose& pose, Backend& tracer,
                          std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build_config,
                          const UpdateConfig& config, const Bvh* tree)
     : topology_(topology),
+      pose_(pose),
       tracer_(tracer),
       policy_(std::move(policy)),
       build_config_(build_config),
@@ -95,46 +96,40 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
       follows_ratio_(config.record_cost_ratio || policy_->needs_tree_cost()),
       sample_(topology) {
     if (tree == nullptr) {
-        last_.times.rebuild_ms = build(positions);
+        last_.times.rebuild_ms = build();
         last_.reason = "the first tree";
     } else {
         bvh_ = *tree;
-        took_tree(follows_ratio_ ? sample_.area(positions) : 0);
+        took_tree(follows_ratio_ ? sample_.area(pose_.positions()) : 0);
         last_.reason = "a copy of another scene's tree";
     }
-    tracer_.set_scene(topology_, positions, bvh_);
+    tracer_.set_scene(topology_, pose_, bvh_);
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
     // A copied tree tells nothing of the time of a build.
     const double estimate = kBuildPerTriangle * static_cast<double>(topology_.triangles.size());
     policy_->built(tree == nullptr ? cost_of_frame({}).rebuild : estimate);
 }
 
-const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
-                                      std::span<const IndexRange> changed) {
-    if (positions.size() != topology_.vertex_count) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("{} vertices for a tree over {}: the topology has changed, which "
-                                "takes a new scene",
-                                positions.size(), topology_.vertex_count));
-    }
+const TreeUpdate& TreeUpdater::update() {
+    assert(pose_.positions().size() == topology_.vertex_count);
     begin_frame();
     UpdateDecision decision = policy_->plan();
     if (decision.step != UpdateStep::kRebuild) {
-        swap_is_due() ? swap(positions) : refit(positions, changed, decision.reason);
-        decision = review(positions);
+        swap_is_due() ? swap() : refit(decision.reason);
+        decision = review();
         if (decision.step == UpdateStep::kRestructure) {
-            restructure(positions, decision);
-            decision = review(positions);
+            restructure(decision);
+            decision = review();
         }
     }
     if (decision.step == UpdateStep::kRebuild) {
-        rebuild(positions, decision.reason);
+        rebuild(decision.reason);
     } else {
         const bool has_reason =
             last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
         if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
         if (decision.step == UpdateStep::kRebuildInBackground && !background_.valid())
-            start_background_build(positions, decision.build_frames);
+            start_background_build(decision.build_frames);
     }
     last_.build_pending = background_.valid();
     return last_;
@@ -163,20 +158,19 @@ bool TreeUpdater::background_is_ready() const {
 }
 
 /// Takes the tree that was built in the background, and refits it to this pose.
-void TreeUpdater::swap(std::span<const vec3> positions) {
+void TreeUpdater::swap() {
     bvh_ = background_.get();
     took_tree(background_triangle_area_);
     last_.step = TreeStep::kSwapped;
     last_.reason = "for the tree that was built in the background";
-    tracer_.set_frame(positions, bvh_);
+    tracer_.set_tree(bvh_);
     last_.times.upload_ms += tracer_.finish().update.upload_ms;
-    tracer_.refit(positions, RefitExtent::kAll, kAllIndices);
+    tracer_.refit(RefitExtent::kAll);
     has_refitted_ = true;
 }
 
-void TreeUpdater::refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
-                        const std::string& reason) {
-    const std::uint64_t leaves = tracer_.refit(positions, RefitExtent::kMoved, changed);
+void TreeUpdater::refit(const std::string& reason) {
+    const std::uint64_t leaves = tracer_.refit();
     // A tracer may leave its refit to the trace: finish() takes the times of that.
     has_refitted_ = true;
     last_.step = leaves > 0 ? TreeStep::kRefitted : TreeStep::kKept;
@@ -184,7 +178,7 @@ void TreeUpdater::refit(std::span<const vec3> positions, std::span<const IndexRa
 }
 
 /// Asks the policy about the refitted tree.
-UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
+UpdateDecision TreeUpdater::review() {
     double waited_ms = 0;
     if (follows_ratio_) {
         const Stopwatch watch;
@@ -194,7 +188,7 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
     }
     const Stopwatch watch;
     if (follows_ratio_) {
-        triangle_area_ = sample_.area(positions);
+        triangle_area_ = sample_.area(pose_.positions());
         const TreeFit fit = tree_fit(tracer_.nodes(), triangle_area_);
         last_.cost_ratio = cost_ratio(built_fit_, fit);
         last_.overhead = overhead_visits(built_fit_, fit);
@@ -209,14 +203,14 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
 }
 
 /// Restructures the worst parts, up to decision.most_restructured of all triangles.
-void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecision& decision) {
+void TreeUpdater::restructure(const UpdateDecision& decision) {
     const Stopwatch watch;
     std::size_t parts = 0;
     UpdateTimes times;
     tracer_.edit_tree([&](Bvh& bvh) {
         const Stopwatch inner;
-        parts = mray::restructure(topology_, positions, growth(), decision.most_restructured, bvh,
-                                  areas_);
+        parts = mray::restructure(topology_, pose_.positions(), growth(),
+                                  decision.most_restructured, bvh, areas_);
         times.restructure_ms = inner.ms();
         return parts > 0;
     });
@@ -231,40 +225,39 @@ void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecis
 }
 
 /// Builds at this pose, and gives the tree to the tracer.
-void TreeUpdater::rebuild(std::span<const vec3> positions, const std::string& reason) {
+void TreeUpdater::rebuild(const std::string& reason) {
     // A pending build has an older pose. Deterministic updates wait for it, others drop it later.
     if (deterministic_ && background_.valid()) background_.get();
     background_is_stale_ = background_.valid();
     last_.step = TreeStep::kRebuilt;
     last_.reason = reason;
-    last_.times.rebuild_ms += build(positions);
+    last_.times.rebuild_ms += build();
     last_.times += finish_refit();
-    tracer_.set_frame(positions, bvh_);
+    tracer_.set_tree(bvh_);
     last_.times.upload_ms += tracer_.finish().update.upload_ms;
 }
 
 /// Builds a tree while frames are traced, after T. Ize, I. Wald, S. Parker. Asynchronous BVH
 /// construction for ray tracing dynamic scenes on parallel multi-core architectures. EGPGV 2007.
-void TreeUpdater::start_background_build(std::span<const vec3> positions,
-                                         std::uint32_t build_frames) {
+void TreeUpdater::start_background_build(std::uint32_t build_frames) {
     process_ = ::getpid();
-    background_ = std::async(
-        std::launch::async, [this, pose = std::vector<vec3>(positions.begin(), positions.end())] {
-            // At normal priority a build slows down tracing; at 10 it starves.
-            constexpr int kNiceness = 5;
-            setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
-            return build_bvh(topology_, pose, {.threads = 1, .watch = Watch(&cancel_background_)});
-        });
-    background_triangle_area_ = sample_.area(positions);
+    background_ = std::async(std::launch::async, [this, pose = pose_] {
+        // At normal priority a build slows down tracing; at 10 it starves.
+        constexpr int kNiceness = 5;
+        setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+        return build_bvh(topology_, pose.positions(),
+                         {.threads = 1, .watch = Watch(&cancel_background_)});
+    });
+    background_triangle_area_ = sample_.area(pose_.positions());
     background_frames_left_ = build_frames;
 }
 
 /// Makes bvh_ a tree at this pose. Returns the milliseconds of the build.
-double TreeUpdater::build(std::span<const vec3> positions) {
+double TreeUpdater::build() {
     const Stopwatch watch;
-    bvh_ = build_bvh(topology_, positions, build_config_);
+    bvh_ = build_bvh(topology_, pose_.positions(), build_config_);
     const double build_ms = watch.ms();
-    took_tree(follows_ratio_ ? sample_.area(positions) : 0);
+    took_tree(follows_ratio_ ? sample_.area(pose_.positions()) : 0);
     last_.cost_ratio = 1;
     last_.overhead = 0;
     return build_ms;
@@ -286,8 +279,7 @@ void TreeUpdater::end_background_build() {
     cancel_background_ = false;
 }
 
-bool TreeUpdater::change_topology(std::span<const vec3> positions, const TopologyChange& change,
-                                  std::span<const IndexRange> moved) {
+bool TreeUpdater::change_topology(const TopologyChange& change) {
     if (policy_->plan().step == UpdateStep::kRebuild) return false;
     const double ratio = last_.cost_ratio;
     const double grown = growth();
@@ -299,23 +291,23 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
         for (std::vector<float>* areas : {&areas_.nodes, &areas_.leaves}) {
             for (float& area : *areas) area = static_cast<float>(area * grown);
         }
-        changed = replace_triangles(topology_, positions, change, bvh, areas_);
+        changed = replace_triangles(topology_, pose_.positions(), change, bvh, areas_);
         // The backend gets the tree with its topology.
         std::swap(bvh_, bvh);
         return false;
     });
     if (!changed) return false;
     last_.times.restructure_ms = watch.ms();
-    tracer_.set_scene(topology_, positions, std::move(bvh_));
+    tracer_.set_scene(topology_, pose_, std::move(bvh_));
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
-    if (!moved.empty()) {
-        tracer_.refit(positions, RefitExtent::kAll, moved);
+    if (pose_.moved_count() > 0) {
+        tracer_.refit(RefitExtent::kAll);
         has_refitted_ = true;
         last_.times += finish_refit();
     }
     sample_ = TriangleSample(topology_);
     if (follows_ratio_) {
-        triangle_area_ = sample_.area(positions);
+        triangle_area_ = sample_.area(pose_.positions());
         built_fit_ = tree_fit(tracer_.nodes(), triangle_area_);
         // The tree is as bad as it was.
         if (std::isfinite(ratio) && ratio > 0) built_fit_.cost /= ratio;

@@ -15,6 +15,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/update/policy.h"
+#include "common/update/refit_plan.h"
 #include "common/update/replace_triangles.h"
 #include "common/update/restructure.h"
 
@@ -88,29 +89,25 @@ struct TraceCost {
     std::uint64_t rays = 0;
 };
 
-/// Topology and tracer must outlive it.
+/// Topology, pose and tracer must outlive it.
 class TreeUpdater {
 public:
-    /// Builds a tree at these positions and hands it to the tracer. `tree`, if not null, is a tree
-    /// over these positions that is copied instead. Throws what builder and tracer throw.
-    TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
+    /// Builds a tree at the pose and hands it to the tracer. `tree`, if not null, is a tree at the
+    /// pose that is copied instead. Throws what builder and tracer throw.
+    TreeUpdater(const Topology& topology, const Pose& pose, Backend& tracer,
                 std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
     /// Cancels a pending build and waits for its end.
     ~TreeUpdater() { end_background_build(); }
 
-    /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
-    /// those of the last pose. Changes nothing and throws Error(kBadInput) for another number
-    /// of vertices.
-    const TreeUpdate& update(std::span<const vec3> positions,
-                             std::span<const IndexRange> changed = kAllIndices);
+    /// Brings the tracer's tree to the last move of the pose. Call it once after each move.
+    const TreeUpdate& update();
     /// Ends a build in the background, after which the topology may be changed.
     void end_background_build();
-    /// Brings the tree to a topology that has been changed, at this pose in the same scene space.
-    /// Vertices of kept triangles outside of `moved` are where they were. Returns false if a tree
-    /// has to be built, by a new updater; this one is of no use then.
-    bool change_topology(std::span<const vec3> positions, const TopologyChange& change,
-                         std::span<const IndexRange> moved);
+    /// Brings the tree to a topology that has been changed, at a pose in the same scene space whose
+    /// last move was that of kept triangles. Returns false if a tree has to be built, by a new
+    /// updater; this one is of no use then.
+    bool change_topology(const TopologyChange& change);
     /// Ends a frame that has been traced: finish(), and tells the policy the costs of the frame.
     void frame_done(const TraceCost& trace);
     /// Finishes a refit that was left to the trace, and adds its time to last().
@@ -124,15 +121,14 @@ private:
     // Steps of update(), in the order in which it takes them. They set last_.
     void begin_frame();
     bool swap_is_due();
-    void swap(std::span<const vec3> positions);
-    void refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
-               const std::string& reason);
-    UpdateDecision review(std::span<const vec3> positions);
-    void restructure(std::span<const vec3> positions, const UpdateDecision& decision);
-    void rebuild(std::span<const vec3> positions, const std::string& reason);
-    void start_background_build(std::span<const vec3> positions, std::uint32_t build_frames);
+    void swap();
+    void refit(const std::string& reason);
+    UpdateDecision review();
+    void restructure(const UpdateDecision& decision);
+    void rebuild(const std::string& reason);
+    void start_background_build(std::uint32_t build_frames);
 
-    double build(std::span<const vec3> positions);
+    double build();
     void took_tree(double triangle_area);
     bool background_is_ready() const;
     UpdateTimes finish_refit();
@@ -140,6 +136,7 @@ private:
     FrameCost cost_of_frame(const TraceCost& trace) const;
 
     const Topology& topology_;
+    const Pose& pose_;
     Backend& tracer_;
     std::unique_ptr<UpdatePolicy> policy_;
     BuildConfig build_config_;

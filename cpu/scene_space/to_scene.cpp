@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/scene_space/to_scene.cpp"
@@ -123,56 +122,38 @@ HWY_INLINE MadePositions make_run(const SceneSpace& space, const float* world, s
     Mask finite = mask_of(kLaneBits);
     Mask inside = finite;
     Mask invertible = finite;
-    Mask same = finite;
     const FloatVec most = splat(space.limit());
     const FloatVec extent = splat(kSceneExtent);
     for (std::size_t i = 0; i < count; i += kLanes) {
         // The last ones may be made twice.
         const std::size_t first = 3 * std::min(i, count - kLanes);
         for (std::uint32_t k = 0; k < 3; ++k) {
-            float* const out = scene + first + k * kLanes;
             const FloatVec v = load_unaligned(world + first + k * kLanes);
             const FloatVec made = lanes::snap_coordinate((v - centres[k]) * scale);
             finite = finite & (abs(v) <= most);
             inside = inside & (abs(made) <= extent);
             invertible = invertible & (made * inverse + centres[k] == v);
-            same = same & float_mask(as_int(made) == as_int(load_unaligned(out)));
-            store_unaligned(made, out);
+            store_unaligned(made, scene + first + k * kLanes);
         }
     }
-    return {!all(inside), !all(finite), all(invertible), !all(same)};
+    return {!all(inside), !all(finite), all(invertible)};
 }
 
 MadePositions make_positions_in_lanes(const SceneSpace& space, std::span<const vec3> world,
                                       std::span<vec3> scene) {
     static_assert(sizeof(vec3) == 3 * sizeof(float));
-    // A run with a position that is left out is made again.
-    constexpr std::size_t kRun = 256;
+    if (world.size() >= kLanes && std::abs(space.exponent()) <= kMostExponent) {
+        const MadePositions made = make_run(space, &world[0].x, world.size(), &scene[0].x);
+        if (!made.any_left_out) return made;
+    }
     MadePositions result;
-    for (std::size_t first = 0; first < world.size(); first += kRun) {
-        const std::size_t count = std::min(kRun, world.size() - first);
-        std::size_t made = 0;
-        if (count >= kLanes && std::abs(space.exponent()) <= kMostExponent) {
-            const MadePositions run = make_run(space, &world[first].x, count, &scene[first].x);
-            result.any_changed |= run.any_changed;
-            if (!run.any_left_out) {
-                made = count;
-                result.extend(run);
-            }
-        }
-        for (std::size_t i = first + made; i < first + count; ++i) {
-            const vec3 position = world[i];
-            const vec3 made_alone = space.to_scene(position);
-            const bool is_outside =
-                !(std::abs(made_alone.x) <= kSceneExtent &&
-                  std::abs(made_alone.y) <= kSceneExtent && std::abs(made_alone.z) <= kSceneExtent);
-            // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
-            const bool is_changed = std::memcmp(&made_alone, &scene[i], sizeof(vec3)) != 0;
-            const bool is_kept = space.keeps(position);
-            result.extend({is_kept && is_outside, !is_kept, space.to_world(made_alone) == position,
-                           is_changed});
-            scene[i] = made_alone;
-        }
+    for (std::size_t i = 0; i < world.size(); ++i) {
+        const vec3 made = space.to_scene(world[i]);
+        const bool is_inside = std::abs(made.x) <= kSceneExtent &&
+                               std::abs(made.y) <= kSceneExtent && std::abs(made.z) <= kSceneExtent;
+        const bool is_kept = space.keeps(world[i]);
+        result.extend({is_kept && !is_inside, !is_kept, space.to_world(made) == world[i]});
+        scene[i] = made;
     }
     return result;
 }

@@ -38,11 +38,8 @@ struct MadePositions {
     /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
     /// left out, and may not for one outside of the range or with a coordinate below 2^-36 of it.
     bool all_invertible = true;
-    /// False only if no bit of the output has changed; left-out positions may count as changed.
-    bool any_changed = false;
 
     void extend(const MadePositions& other) {
-        any_changed |= other.any_changed;
         any_outside |= other.any_outside;
         any_left_out |= other.any_left_out;
         all_invertible &= other.all_invertible;
@@ -50,6 +47,7 @@ struct MadePositions {
 };
 
 /// Writes the positions of SceneSpace::to_scene(), with their bits, to `scene`, which has as many.
+/// Slow for all of them if one is left out.
 MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
                              std::span<const vec3> world, std::span<vec3> scene);
 

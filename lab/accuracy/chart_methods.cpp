@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "common/update/refit_plan.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "lab/methods/paper_2007.h"
@@ -19,7 +20,8 @@ namespace {
 
 struct Peers {
     explicit Peers(const ChartScene& scene)
-        : tree(build_paper_tree(scene.topology, scene.scene_space.positions)),
+        : pose(scene.scene_space.positions),
+          tree(build_paper_tree(scene.topology, scene.scene_space.positions)),
           gpu_tree(build_peer_tree(scene.topology, scene.scene_space.positions, 1.5, 4)) {
         refit(tree, scene.topology, scene.world_space.positions);
         if (gpu_tree.nodes.size() > 1) refit(gpu_tree, scene.topology, scene.world_space.positions);
@@ -29,6 +31,8 @@ struct Peers {
 #endif
     }
 
+    /// That devices borrow.
+    Pose pose;
     /// In world space; of the method of 2007 and of the rules.
     PeerTree tree;
     PeerTree gpu_tree;
@@ -83,10 +87,10 @@ Tracer gpu_peer_tracer(const ChartDevice& device, const PeerTree& tree, const Ra
 }  // namespace
 
 MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice>& devices) {
+    const auto peers = std::make_shared<const Peers>(scene);
     for (const ChartDevice& device : devices)
-        device.backend->set_scene(scene.topology, scene.scene_space.positions,
-                                  scene.scene_space.bvh);
-    return [&scene, devices, peers = std::make_shared<const Peers>(scene)](const ChartRays& rays) {
+        device.backend->set_scene(scene.topology, peers->pose, scene.scene_space.bvh);
+    return [&scene, devices, peers](const ChartRays& rays) {
         const RaySet& ours = rays.scene_space;
         const RaySet& theirs = rays.world_space;
         std::vector<ChartTracer> tracers;

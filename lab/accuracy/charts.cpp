@@ -173,13 +173,15 @@ struct Updated {
 /// The topology outlives it.
 Updated ours(std::string method, const Topology& topology, const ChartScene& first,
              std::unique_ptr<UpdatePolicy> policy) {
+    const auto pose = std::make_shared<Pose>(first.scene_space.positions);
     const std::shared_ptr<Backend> backend = cpu::make_cpu_backend();
-    const auto updater = std::make_shared<TreeUpdater>(topology, first.scene_space.positions,
-                                                       *backend, std::move(policy), BuildConfig{},
-                                                       UpdateConfig{}, &first.scene_space.bvh);
+    const auto updater =
+        std::make_shared<TreeUpdater>(topology, *pose, *backend, std::move(policy), BuildConfig{},
+                                      UpdateConfig{}, &first.scene_space.bvh);
     return {std::move(method), "ours",
-            [backend, updater](const ChartScene& frame) {
-                updater->update(frame.scene_space.positions);
+            [pose, backend, updater](const ChartScene& frame) {
+                pose->move_to(frame.scene_space.positions);
+                updater->update();
             },
             [backend](const ChartRays& rays) {
                 return packet_tracer(backend->host_tree(), best_simd_target(), rays.scene_space);

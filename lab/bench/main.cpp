@@ -113,7 +113,8 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
-/// Returns the two frames in turn: after one run to warm up, the last of `repeat` has the moved one.
+/// Returns the two frames in turn: after one run to warm up, the last of `repeat` has the moved
+/// one.
 auto alternation(const BenchScene& scene, int repeat) {
     return [&scene, left = repeat]() mutable {
         return std::span<const vec3>(left-- % 2 == 0 ? scene.moved : scene.positions);
@@ -146,16 +147,18 @@ Played play(const BenchScene& scene) {
 /// Brings a tree to a frame and traces its image; returns the milliseconds that it took.
 using PlayFrame = std::function<double(std::size_t number, Frame& frame)>;
 
-PlayFrame our_frames(const Played& played, int threads) {
-    const std::shared_ptr<Backend> backend = cpu::make_cpu_backend({.threads = threads});
+PlayFrame our_frames(const Played& played, ThreadArena& arena) {
+    const auto pose = std::make_shared<Pose>(played.poses.front());
+    const std::shared_ptr<Backend> backend = cpu::make_cpu_backend({.threads = arena.threads()});
     const auto updater = std::make_shared<TreeUpdater>(
-        played.topology(), played.poses.front(), *backend,
+        played.topology(), *pose, *backend,
         make_update_policy({.kind = PolicyKind::kAuto},
                            {.first_per_visit = backend->info().trace_per_visit}),
-        BuildConfig{.threads = threads}, UpdateConfig{});
-    return [backend, updater, &played](std::size_t number, Frame& frame) {
+        BuildConfig{.threads = arena.threads()}, UpdateConfig{});
+    return [pose, backend, updater, &played, &arena](std::size_t number, Frame& frame) {
         const Stopwatch stopwatch;
-        updater->update(played.poses[number]);
+        arena.execute([&] { pose->move_to(played.poses[number]); });
+        updater->update();
         backend->trace_image(played.params, frame);
         updater->frame_done({.ms = backend->finish().trace_ms, .rays = backend->finish().rays});
         return stopwatch.ms();
@@ -471,7 +474,7 @@ void bench_frame(const Rig& rig, const BenchScene& scene, const RaySet& primary)
              std::move(group),
              [&frame, &frames] { return count_other_triangles(frame.hits, frames[0].hits); }});
     };
-    add(our_frames(played, rig.arena.threads()), "auto", "");
+    add(our_frames(played, rig.arena), "auto", "");
     for (const auto& [quality, name] : {std::pair(RTC_BUILD_QUALITY_REFIT, "REFIT"),
                                         {RTC_BUILD_QUALITY_LOW, "LOW"},
                                         {RTC_BUILD_QUALITY_MEDIUM, "MEDIUM"}}) {

@@ -11,6 +11,7 @@
 #include "common/base/output_file.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
+#include "common/update/refit_plan.h"
 #include "common/version.h"
 #include "library/src/scene/errors.h"
 #include "morphray/version.hpp"
@@ -136,15 +137,17 @@ std::string image_difference(mray::Backend& tested, mray::Backend& reference) {
 std::string find_difference(mray::Backend& tested, mray::Backend& reference) {
     mray::Topology topology;
     std::vector<vec3> positions = make_scene(topology);
+    mray::Pose pose(positions);
     const mray::Bvh bvh = mray::build_bvh(topology, positions);
     for (mray::Backend* const backend : {&tested, &reference})
-        backend->set_scene(topology, positions, bvh);
-    for (int pose = 0; pose < 2; ++pose) {
+        backend->set_scene(topology, pose, bvh);
+    for (int move = 0; move < 2; ++move) {
         const std::string difference = image_difference(tested, reference);
         if (!difference.empty()) return difference;
         for (vec3& p : positions) p = mray::snap_point(p + 0.2f * vec3(p.y, p.z, -p.x));
+        pose.move_to(positions);
         mray::Bvh found, expected;
-        for (mray::Backend* const backend : {&tested, &reference}) backend->refit(positions);
+        for (mray::Backend* const backend : {&tested, &reference}) backend->refit();
         tested.read_tree(found);
         reference.read_tree(expected);
         if (!same(found.nodes, expected.nodes) || !same(found.leaves, expected.leaves))

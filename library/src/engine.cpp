@@ -19,7 +19,7 @@ std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene)
     const SceneImpl& impl = SceneImpl::of(scene);
     std::unique_ptr<mray::Backend> copy = detail::DeviceImpl::of(device).make_backend();
     copy->watch_images(mray::Watch(impl.options().cancel));
-    copy->set_scene(impl.meshes().topology(), impl.pose().positions(), impl.tracer().host_tree());
+    copy->set_scene(impl.meshes().topology(), impl.pose().pose(), impl.tracer().host_tree());
     return copy;
 }
 

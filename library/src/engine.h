@@ -10,10 +10,12 @@ namespace morphray::engine {
 
 /// The backend of the scene. SceneOptions::cancel ends its images, too.
 mray::Backend& backend(const Scene& scene);
-/// A copy of the backend on another device; the scene must outlive it. Throws mray::Error.
+/// A copy of the backend on another device, which borrows the scene's pose: after each update of
+/// the scene or read_positions() call refit() or set_tree() first. Throws mray::Error.
 std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene);
 
-/// Reads the positions of all deforming meshes, but leaves the tree as it is.
+/// Reads the positions of all deforming meshes, but leaves the tree as it is. A refit of kAll must
+/// follow before the scene is updated.
 void read_positions(const Scene& scene);
 /// The positions that were read last, and their space.
 std::span<const mray::vec3> positions(const Scene& scene);

@@ -93,7 +93,7 @@ void SceneImpl::start(const mray::Bvh* tree) {
     // Deterministic decisions are the same for all tracers.
     if (!config.deterministic) config.first_per_visit = tracer_->info().trace_per_visit;
     updater_ = std::make_unique<mray::TreeUpdater>(
-        meshes_.topology(), pose_.positions(), *tracer_,
+        meshes_.topology(), pose_.pose(), *tracer_,
         mray::make_update_policy(spec_of(options_.update), config), build, config, tree);
     cost.reset();
 }
@@ -103,14 +103,13 @@ void SceneImpl::took_pose() {
     has_normals_of_pose_ = false;
 }
 
-std::vector<mray::IndexRange> SceneImpl::read_list() {
+void SceneImpl::read_list() {
     const mray::Stopwatch watch;
-    std::vector<mray::IndexRange> moved = pose_.read_list(meshes_, arena());
+    pose_.read_list(meshes_, arena());
     left_out_ = pose_.left_out(meshes_);
     read_ms_ = watch.ms();
     normals_.reset();
     edge_counts_.reset();
-    return moved;
 }
 
 std::unique_lock<std::mutex> SceneImpl::change_lock() {
@@ -189,11 +188,12 @@ Update SceneImpl::update_mesh(std::uint32_t geom_id, const Positions& positions)
 
 void SceneImpl::change_meshes() {
     updater_->end_background_build();
+    // A refit that is pending, or has failed, needs the positions as they are.
+    tracer_->finish();
     const mray::TopologyChange change = meshes_.make_changes();
     const mray::SceneSpace space_before = pose_.space();
-    const std::vector<mray::IndexRange> moved = read_list();
-    if (pose_.space() == space_before &&
-        updater_->change_topology(pose_.positions(), change, moved)) {
+    read_list();
+    if (pose_.space() == space_before && updater_->change_topology(change)) {
         took_pose();
         cost.reset();
     } else {
@@ -201,20 +201,19 @@ void SceneImpl::change_meshes() {
     }
 }
 
-std::vector<mray::IndexRange> SceneImpl::read(std::span<const MeshVertices> vertices) {
+void SceneImpl::read(std::span<const MeshVertices> vertices) {
     const mray::Stopwatch watch;
-    std::vector<mray::IndexRange> changed = pose_.read(meshes_, vertices, arena());
+    pose_.read(meshes_, vertices, arena());
     left_out_ = pose_.left_out(meshes_);
     read_ms_ = watch.ms();
     took_pose();
-    return changed;
 }
 
 void SceneImpl::follow(std::span<const MeshVertices> vertices) {
-    const std::vector<mray::IndexRange> changed = read(vertices);
     updater_->frame_done({.ms = cost.ms(), .rays = cost.rays()});
     cost.reset();
-    updater_->update(pose_.positions(), changed);
+    read(vertices);
+    updater_->update();
 }
 
 // Both name the same steps in one order.

@@ -67,12 +67,12 @@ private:
     const MeshSlot& mesh_to_update(std::uint32_t geom_id) const;
     template <class Work>
     Update run_update(Work work);
-    std::vector<mray::IndexRange> read_list();
+    void read_list();
     void start(const mray::Bvh* tree);
     void took_pose();
     void change_meshes();
     std::vector<MeshVertices> deforming_vertices() const;
-    std::vector<mray::IndexRange> read(std::span<const MeshVertices> vertices);
+    void read(std::span<const MeshVertices> vertices);
     void follow(std::span<const MeshVertices> vertices);
 
     Device device_;

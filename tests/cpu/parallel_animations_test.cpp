@@ -57,11 +57,13 @@ std::vector<FrameHashes> take_every_step(const char* scene, std::uint64_t triang
     const ImageParams params = make_image_params(
         {.width = 96, .height = 64, .rays = kRaysAo, .ao_count = 4}, animation->bounds(), space);
     const auto tracer = cpu::make_cpu_backend({.threads = threads});
-    TreeUpdater updater(animation->topology(), positions(0), *tracer, std::make_unique<EveryStep>(),
+    Pose pose(positions(0));
+    TreeUpdater updater(animation->topology(), pose, *tracer, std::make_unique<EveryStep>(),
                         {.threads = threads}, {.deterministic = true});
     std::vector<FrameHashes> hashes;
     for (int frame = 1; frame <= 6; ++frame) {
-        const TreeUpdate& update = updater.update(positions(2 * frame));
+        pose.move_to(positions(2 * frame));
+        const TreeUpdate& update = updater.update();
         hashes.push_back({name_of(update.step), 0, image_hashes(*tracer, params)});
         hashes.back().tree = bvh_hash(updater.tree());
         updater.frame_done(last_trace(*tracer));

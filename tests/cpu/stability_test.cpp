@@ -4,8 +4,6 @@
 #include <cctype>
 #include <string>
 
-#include "common/base/errors.h"
-#include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "tests/support/motion_checks.h"
 
@@ -38,17 +36,6 @@ TEST_P(HardMotion, LosesAFiniteTimeInEachFrame) {
 
 TEST_P(HardMotion, LeavesTheBytesOfAFreshRefit) {
     expect_no_drift(GetParam(), *cpu::make_cpu_backend());
-}
-
-TEST(TreeUpdater, RefusesAPoseOfAnotherTopology) {
-    const Motion motion = hard_motions().front();
-    const auto tracer = cpu::make_cpu_backend();
-    TreeUpdater updater(motion.topology, motion.poses[0], *tracer,
-                        make_update_policy({PolicyKind::kAuto}), {}, {});
-    for (const std::size_t count : {motion.poses[0].size() - 1, motion.poses[0].size() + 1}) {
-        EXPECT_THROW(updater.update(std::vector<vec3>(count)), Error);
-    }
-    EXPECT_EQ(updater.update(motion.poses[1]).step, TreeStep::kRefitted);
 }
 
 }  // namespace

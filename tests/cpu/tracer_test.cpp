@@ -117,7 +117,7 @@ TEST(Arithmetic, RaisesNothingButInexact) {
 TEST(Arithmetic, OfImagesRaisesNothingButInexact) {
     const TestScene scene = star(3, 5);
     const auto scalar = cpu::make_scalar_backend({.threads = 1});
-    scalar->set_scene(scene.topology(), scene.positions(),
+    scalar->set_scene(scene.topology(), scene.pose(),
                       build_bvh(scene.topology(), scene.positions()));
     for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
         ViewSpec view;
@@ -183,7 +183,7 @@ void expect_same_images(const NamedScene& named, const ViewSpec& view) {
     const auto expected = image_hashes(
         scene, view, [&](const ImageParams& params) { return reference_image(scene, params); });
     const auto expect_same = [&](std::unique_ptr<Backend> backend, const std::string& how) {
-        backend->set_scene(scene.topology(), scene.positions(), bvh);
+        backend->set_scene(scene.topology(), scene.pose(), bvh);
         const auto hashes = image_hashes(scene, view, [&](const ImageParams& params) {
             Frame frame;
             backend->trace_image(params, frame);
@@ -232,7 +232,7 @@ TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
                            {-1, 1, 1}},
                           {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}});
     const auto backend = cpu::make_scalar_backend();
-    backend->set_scene(scene.topology(), scene.positions(),
+    backend->set_scene(scene.topology(), scene.pose(),
                        build_bvh(scene.topology(), scene.positions()));
     ViewSpec view;
     view.eye = Point{0, -5, 0};  // from below, straight up: the floor hides the plate

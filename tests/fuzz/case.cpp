@@ -171,6 +171,7 @@ FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : space(WorldBounds{}) {
     const double step = end >= built_at ? 1 : -1;
     for (double frame = built_at; (end - frame) * step > 0; frame += step) go_to(frame);
     go_to(end);
+    pose = Pose(positions());
     built = build_bvh(topology, journey.front(), {.threads = 1});
     rebuilt = journey.size() == 1 ? built : build_bvh(topology, positions(), {.threads = 1});
 }

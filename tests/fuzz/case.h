@@ -12,6 +12,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
+#include "common/update/refit_plan.h"
 
 namespace mray::fuzz {
 
@@ -46,6 +47,8 @@ struct FuzzScene {
     SceneSpace space;
     /// The poses from the one that the tree is built at to the frame.
     std::vector<std::vector<vec3>> journey;
+    /// Its end.
+    Pose pose;
     /// Built at both ends of the journey.
     Bvh built;
     Bvh rebuilt;

@@ -209,7 +209,7 @@ void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Variant> va
     loaded_.clear();
     scene_ = std::move(scene);
     variants_ = variants;
-    reference_.set_scene(scene_->topology, scene_->positions(), scene_->rebuilt);
+    reference_.set_scene(scene_->topology, scene_->pose, scene_->rebuilt);
 }
 
 void Referee::prepare(const Variant& variant) {
@@ -218,24 +218,28 @@ void Referee::prepare(const Variant& variant) {
     if (loaded.variant == &variant) return;
     loaded.updater.reset();
     loaded.variant = &variant;
+    loaded.pose = Pose(scene_->journey.front());
     if (variant.tree == TreeKind::kAuto) {
-        loaded.updater = travel(backend);
+        loaded.updater = travel(backend, loaded.pose);
     } else if (variant.tree == TreeKind::kRebuilt) {
-        backend.set_scene(scene_->topology, scene_->positions(), scene_->rebuilt);
+        backend.set_scene(scene_->topology, scene_->pose, scene_->rebuilt);
     } else {
-        backend.set_scene(scene_->topology, scene_->journey.front(), scene_->built);
-        backend.refit(scene_->positions());
+        backend.set_scene(scene_->topology, loaded.pose, scene_->built);
+        loaded.pose.move_to(scene_->positions());
+        backend.refit();
     }
 }
 
-std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
+std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend, Pose& pose) {
     const auto& journey = scene_->journey;
-    auto updater =
-        std::make_unique<TreeUpdater>(scene_->topology, journey.front(), backend,
-                                      make_update_policy({PolicyKind::kAuto}, auto_config()),
-                                      BuildConfig{.threads = 1}, auto_config());
+    auto updater = std::make_unique<TreeUpdater>(
+        scene_->topology, pose, backend, make_update_policy({PolicyKind::kAuto}, auto_config()),
+        BuildConfig{.threads = 1}, auto_config());
     for (const auto& positions : journey) {
-        if (&positions != &journey.front()) updater->update(positions);
+        if (&positions != &journey.front()) {
+            pose.move_to(positions);
+            updater->update();
+        }
         // The policy needs the cost of a frame, which counts rays.
         updater->frame_done({.rays = 1});
     }

@@ -121,12 +121,14 @@ private:
     /// The state of a backend.
     struct Loaded {
         const Variant* variant = nullptr;
+        /// Of a tree that is not rebuilt.
+        Pose pose;
         /// Destroyed before the scene, which background builds read.
         std::unique_ptr<TreeUpdater> updater;
     };
 
     void prepare(const Variant& variant);
-    std::unique_ptr<TreeUpdater> travel(Backend& backend);
+    std::unique_ptr<TreeUpdater> travel(Backend& backend, Pose& pose);
 
     Backend& reference_;
     /// Stands for check_world() in findings.

@@ -103,7 +103,7 @@ Variants vulkan_variants() {
 std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
     constexpr std::uint32_t kMostHits = 16;
     const FuzzScene scene(fuzz_case);
-    brute.set_scene(scene.topology, scene.positions(), scene.rebuilt);
+    brute.set_scene(scene.topology, scene.pose, scene.rebuilt);
     std::vector<WorldRay> all = fuzz_case.rays;
     for (const WorldRay& world : fuzz_case.rays) {
         const SceneRay ray = to_scene(scene.space, world);

@@ -26,8 +26,8 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
     const TestScene scene = torus(12, 8);
     Bvh bvh = built_tree(scene);
-    set_scene(*backend, scene, bvh);
-    backend->refit(swayed(scene, 1));
+    MovingScene moving(*backend, scene, bvh);
+    moving.refit(swayed(scene, 1));
     Frame frame;
     backend->trace_image(view(16, 16, kRaysShadow), frame);
     std::vector<Hit> hits(64);
@@ -134,14 +134,12 @@ void on_each_faulty_device(const Test& test) {
     }
 }
 
-/// Positions of a scene that the device does not hold are refused, and nothing is hit.
+/// Refits and trees are refused, and nothing is hit.
 void expect_no_scene(Backend& backend, const TestScene& scene) {
     EXPECT_EQ(hit_count(backend), 0u);
-    const std::vector<vec3> moved = swayed(scene, 1);
-    EXPECT_EQ(kind_of([&] { backend.refit(moved); }), ErrorKind::kBadArgument);
-    EXPECT_EQ(kind_of([&] { backend.refit(moved, RefitExtent::kAll); }), ErrorKind::kBadArgument);
-    EXPECT_EQ(kind_of([&] { backend.set_frame(moved, built_tree(scene)); }),
-              ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.refit(); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.refit(RefitExtent::kAll); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.set_tree(built_tree(scene)); }), ErrorKind::kBadArgument);
     EXPECT_EQ(hit_count(backend), 0u);
 }
 
@@ -152,18 +150,17 @@ TEST(FaultInjection, ASceneThatDidNotFitLeavesNoneAndAnotherCanBeSet) {
     const Bvh large_bvh = built_tree(large);
     on_each_faulty_device([&](FaultyDevice& device) {
         Backend& backend = *device.backend;
-        set_scene(backend, small, bvh);
+        std::optional<MovingScene> moving(std::in_place, backend, small, bvh);
         const ImageHashes expected = hashes_of(backend);
         ASSERT_GT(hit_count(backend), 0u);
         // A refit that is left to the next submission goes with its scene.
-        backend.refit(swayed(small, 1));
+        moving->refit(swayed(small, 1));
         const auto set_large = [&] { set_scene(backend, large, large_bvh); };
         const std::size_t failures = fail_in_turn(device.faults, set_large, [&] {
             expect_no_scene(backend, small);
-            expect_no_scene(backend, large);
-            set_scene(backend, small, bvh);
+            moving.emplace(backend, small, bvh);
             EXPECT_EQ(hashes_of(backend), expected);
-            backend.refit(swayed(small, 1));
+            moving->refit(swayed(small, 1));
         });
         EXPECT_GT(failures, 20u);
         EXPECT_GT(hit_count(backend), 0u);
@@ -176,18 +173,18 @@ TEST(FaultInjection, AFrameMayFailAtAnyCallAndBeMadeAgain) {
     for (const bool force_staging : {false, true}) {
         FaultyDevice device({.force_staging = force_staging});
         Backend& backend = *device.backend;
-        set_scene(backend, scene, built_tree(scene));
-        backend.refit(moved);
+        MovingScene moving(backend, scene, built_tree(scene));
+        moving.refit(moved);
         const ImageHashes expected = hashes_of(backend);
         const std::uint64_t tree = tree_hash(backend);
         const auto frame = [&] {
-            backend.refit(scene.positions());
-            backend.refit(moved);
+            moving.refit(scene.positions());
+            moving.refit(moved);
             hashes_of(backend);
         };
         const std::size_t failures = fail_in_turn(device.faults, frame, [&] {
             // The second refit may not have been called.
-            backend.refit(moved);
+            moving.refit(moved);
             EXPECT_EQ(hashes_of(backend), expected);
             EXPECT_EQ(tree_hash(backend), tree);
         });
@@ -195,7 +192,7 @@ TEST(FaultInjection, AFrameMayFailAtAnyCallAndBeMadeAgain) {
     }
 }
 
-TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTreeAndPose) {
+TEST(FaultInjection, ATreeThatDidNotFitLeavesTheOldOneAtTheNewPose) {
     const TestScene scene = torus(12, 8);
     const std::vector<vec3> moved = swayed(scene, 1);
     const Bvh old_tree = loose_tree(scene);
@@ -203,18 +200,22 @@ TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTreeAndPose) {
     ASSERT_NE(old_tree.leaves.size(), new_tree.leaves.size());
     on_each_faulty_device([&](FaultyDevice& device) {
         Backend& backend = *device.backend;
-        backend.set_scene(scene.topology(), moved, new_tree);
+        MovingScene moving(backend, scene, old_tree);
+        moving.refit(moved);
         const ImageHashes expected = hashes_of(backend);
-        set_scene(backend, scene, old_tree);
-        const ImageHashes before = hashes_of(backend);
-        ASSERT_NE(before, expected);
-        const auto set_frame = [&] { backend.set_frame(moved, new_tree); };
-        const std::size_t failures = fail_in_turn(device.faults, set_frame, [&] {
-            EXPECT_EQ(hashes_of(backend), before);
+        const std::uint64_t refitted = tree_hash(backend);
+        moving.refit(scene.positions());
+        ASSERT_NE(hashes_of(backend), expected);
+        const auto set_tree = [&] { moving.set_tree(moved, new_tree); };
+        const std::size_t failures = fail_in_turn(device.faults, set_tree, [&] {
+            EXPECT_EQ(hashes_of(backend), expected);
+            EXPECT_EQ(tree_hash(backend), refitted);
+            moving.refit(scene.positions());
             EXPECT_EQ(tree_hash(backend), bvh_hash(old_tree));
         });
         EXPECT_GT(failures, 20u);
         EXPECT_EQ(hashes_of(backend), expected);
+        EXPECT_EQ(tree_hash(backend), bvh_hash(new_tree));
     });
 }
 
@@ -225,7 +226,7 @@ TEST(FaultInjection, AnEditThatFailsLeavesTheOldTree) {
     ASSERT_NE(before.leaves.size(), after.leaves.size());
     on_each_faulty_device([&](FaultyDevice& device) {
         Backend& backend = *device.backend;
-        set_scene(backend, scene, before);
+        MovingScene moving(backend, scene, before);
         const ImageHashes expected = hashes_of(backend);
         const auto edit = [&] {
             backend.edit_tree([&](Bvh& bvh) {
@@ -236,9 +237,9 @@ TEST(FaultInjection, AnEditThatFailsLeavesTheOldTree) {
         const std::size_t failures = fail_in_turn(device.faults, edit, [&] {
             EXPECT_EQ(tree_hash(backend), bvh_hash(before));
             EXPECT_EQ(hashes_of(backend), expected);
-            backend.refit(swayed(scene, 1));
+            moving.refit(swayed(scene, 1));
             EXPECT_NE(hashes_of(backend), expected);
-            backend.refit(scene.positions());
+            moving.refit(scene.positions());
             EXPECT_EQ(hashes_of(backend), expected);
         });
         EXPECT_GT(failures, 10u);

@@ -53,8 +53,9 @@ TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {
         device.trace_image(rays);
         EXPECT_EQ(device.compiled, 6u) << "and visible pixels, occlusion";
     }
+    MovingScene moving(device.backend, device.scene, built_tree(device.scene));
     for (const float time : {1.0f, 2.0f}) {
-        device.backend.refit(swayed(device.scene, time));
+        moving.refit(swayed(device.scene, time));
         EXPECT_EQ(device.compiled, 6u);
     }
     device.trace_rays();
@@ -137,7 +138,7 @@ TEST(Kernels, OfSeveralBackendsAreCompiledAtTheSameTime) {
     std::vector<std::unique_ptr<Backend>> backends;
     for (std::size_t i = 0; i < kBackends; ++i) {
         backends.push_back(gpu::make_vulkan_backend());
-        backends[i]->set_scene(scene.topology(), scene.positions(), bvh);
+        set_scene(*backends[i], scene, bvh);
     }
     std::vector<ImageHashes> hashes(kBackends);
     run_together(kBackends, [&](std::size_t i) {

@@ -21,13 +21,13 @@ std::size_t resident_bytes() {
 void use_a_backend_once() {
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend();
     const TestScene scene = torus(24, 12);
-    set_scene(*backend, scene, built_tree(scene));
+    MovingScene moving(*backend, scene, built_tree(scene));
     Frame frame;
-    backend->refit(swayed(scene, 1));
+    moving.refit(swayed(scene, 1));
     backend->trace_image(view(64, 64, kRaysShadow), frame);
-    backend->refit(swayed(scene, 2));
+    moving.refit(swayed(scene, 2));
     backend->trace_image(view(64, 64, kRaysAo), frame);
-    backend->refit(swayed(scene, 3));
+    moving.refit(swayed(scene, 3));
 }
 
 TEST(Lifetime, MemoryStaysFlatWhileBackendsComeAndGo) {

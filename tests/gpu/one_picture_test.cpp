@@ -33,7 +33,7 @@ void expect_same_images(Backend& expected, Backend& actual, const std::string& n
                         const std::vector<ImageParams>& views, bool refits = false) {
     for (Backend* backend : {&expected, &actual}) {
         set_scene(*backend, scene, bvh);
-        if (refits) backend->refit(scene.positions(), RefitExtent::kAll);
+        if (refits) backend->refit(RefitExtent::kAll);
     }
     for (const ImageParams& params : views) {
         SCOPED_TRACE(testing::Message()
@@ -154,8 +154,9 @@ TEST(OnePicture, LateBoxesAreEntered) {
     const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     const LateBoxes scene = late_boxes(63);
+    const Pose pose(scene.positions);
     for (Backend* backend : {vulkan.get(), brute.get()})
-        backend->set_scene(scene.topology, scene.positions, scene.bvh);
+        backend->set_scene(scene.topology, pose, scene.bvh);
     expect_same_hits(*brute, *vulkan, rays_at_late_boxes(1000));
 }
 

@@ -45,7 +45,7 @@ inline Bvh loose_tree(const TestScene& scene) {
 }
 
 inline void set_scene(Backend& backend, const TestScene& scene, const Bvh& bvh) {
-    backend.set_scene(scene.topology(), scene.positions(), bvh);
+    backend.set_scene(scene.topology(), scene.pose(), bvh);
 }
 
 /// A view that shows any scene.

@@ -35,9 +35,10 @@ std::unique_ptr<Backend> tuned_device(bool force_staging, std::uint32_t step_bud
 }
 
 std::vector<ImageHashes> images(Backend& backend, const TestScene& scene, const ImageParams& view) {
+    MovingScene moving(backend, scene, built_tree(scene));
     std::vector<ImageHashes> images;
     for (int i = 0; i < kPoses; ++i) {
-        backend.refit(pose(scene, i));
+        moving.refit(pose(scene, i));
         images.push_back(image_hashes(backend, view));
     }
     return images;
@@ -46,13 +47,11 @@ std::vector<ImageHashes> images(Backend& backend, const TestScene& scene, const 
 TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     const TestScene scene = torus(64, 32);
-    const Bvh bvh = built_tree(scene);
     for (const bool force_staging : {false, true}) {
         // A small budget suspends rays, which are resumed after the refit's submission.
         for (const std::uint32_t step_budget : {kStepBudget, 60u}) {
             const std::unique_ptr<Backend> vulkan = tuned_device(force_staging, step_budget);
             for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
-                for (Backend* backend : {vulkan.get(), cpu.get()}) set_scene(*backend, scene, bvh);
                 const ImageParams params = view(64, 48, rays);
                 EXPECT_EQ(images(*vulkan, scene, params), images(*cpu, scene, params))
                     << force_staging << ' ' << step_budget << ' ' << rays;
@@ -68,17 +67,17 @@ TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
         device.faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
         Backend& vulkan = *device.backend;
         const TestScene scene = torus(64, 32);
-        set_scene(vulkan, scene, built_tree(scene));
+        MovingScene moving(vulkan, scene, built_tree(scene));
         Frame frame;
         // Compiles the kernels.
-        vulkan.refit(swayed(scene, 0.5f));
+        moving.refit(swayed(scene, 0.5f));
         vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
         submissions = 0;
-        vulkan.refit(swayed(scene, 1));
+        moving.refit(swayed(scene, 1));
         EXPECT_EQ(submissions, 0u);
         vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
         EXPECT_EQ(submissions, 1u);
-        vulkan.refit(swayed(scene, 2));
+        moving.refit(swayed(scene, 2));
         EXPECT_EQ(submissions, 1u);
         vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
         EXPECT_GT(vulkan.finish().update.refit_ms, 0);
@@ -95,11 +94,11 @@ TEST(VulkanUpdate, RefitsGiveTheBytesOfTheCpuOnEveryScene) {
         const std::vector<vec3> nowhere(scene.positions().size(), vec3(kInvalidCoordinate));
         for (const Bvh& built : {built_tree(scene), loose_tree(scene)}) {
             Bvh expected = built;
-            set_scene(*vulkan, scene, built);
+            MovingScene moving(*vulkan, scene, built);
             for (const std::vector<vec3>& positions :
                  {swayed(scene, 1), swayed(scene, 1.5f), nowhere, scene.positions()}) {
                 cpu::refit(expected, positions);
-                vulkan->refit(positions);
+                moving.refit(positions);
                 EXPECT_EQ(tree_hash(*vulkan), bvh_hash(expected)) << named.name;
             }
             EXPECT_EQ(bvh_hash(expected), bvh_hash(built)) << named.name;
@@ -110,8 +109,7 @@ TEST(VulkanUpdate, RefitsGiveTheBytesOfTheCpuOnEveryScene) {
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
     const std::unique_ptr<Backend> vulkan = tuned_device(false);
     const TestScene scene = torus(64, 32);
-    set_scene(*vulkan, scene, built_tree(scene));
-    vulkan->refit(swayed(scene, 1));
+    MovingScene(*vulkan, scene, built_tree(scene)).refit(swayed(scene, 1));
 }
 
 TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
@@ -122,19 +120,22 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
         BuiltAreas cpu_areas = areas;
         const auto cpu = cpu::make_scalar_backend();
         const auto vulkan = tuned_device(force_staging);
-        for (Backend* backend : {vulkan.get(), cpu.get()}) set_scene(*backend, scene, built);
+        Pose moving = scene.pose();
+        for (Backend* backend : {vulkan.get(), cpu.get()})
+            backend->set_scene(scene.topology(), moving, built);
         std::size_t edits = 0;
         Random random(1);
         for (int step = 0; step < 60; ++step) {
             const std::vector<vec3> positions =
                 swayed(scene, 0.125f * static_cast<float>(random.below(40)));
+            moving.move_to(positions);
             const auto act = [&](Backend& backend, BuiltAreas& its_areas, std::uint32_t what) {
                 if (what == 0) {
                     const Bvh tree = build_bvh(scene.topology(), positions);
-                    backend.set_frame(positions, tree);
+                    backend.set_tree(tree);
                     its_areas = built_areas(tree);
                 } else {
-                    backend.refit(positions, what == 1 ? RefitExtent::kAll : RefitExtent::kMoved);
+                    backend.refit(what == 1 ? RefitExtent::kAll : RefitExtent::kMoved);
                 }
                 if (what < 3) return;
                 backend.edit_tree([&](Bvh& bvh) {

@@ -93,14 +93,14 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
         const TestScene scene = torus(24, 12);
         Bvh bvh = built_tree(scene);
-        set_scene(*backend, scene, bvh);
-        backend->refit(swayed(scene, 1));
-        backend->set_frame(scene.positions(), bvh);
+        MovingScene moving(*backend, scene, bvh);
+        moving.refit(swayed(scene, 1));
+        moving.set_tree(scene.positions(), bvh);
         Frame frame;
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo})
             backend->trace_image(view(40, 30, rays), frame);
         for (const float time : {0.5f, 0.75f, 1.5f, 0.5f}) {
-            backend->refit(swayed(scene, time));
+            moving.refit(swayed(scene, time));
             backend->trace_image(view(40, 30, kRaysShadow), frame);
         }
         BuiltAreas areas = built_areas(bvh);

@@ -31,11 +31,9 @@ TEST(VectorWidth, DoesNotChangeTheImage) {
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     for (const TestScene& scene : {torus(96, 48), random_soup(5000, 0.1, 3)}) {
-        const std::vector<vec3> positions = swayed(scene, 2);
-        for (Backend* backend : {vulkan.get(), cpu.get()}) {
-            set_scene(*backend, scene, built_tree(scene));
-            backend->refit(positions);
-        }
+        MovingScene on_vulkan(*vulkan, scene, built_tree(scene));
+        MovingScene on_cpu(*cpu, scene, built_tree(scene));
+        for (MovingScene* moving : {&on_vulkan, &on_cpu}) moving->refit(swayed(scene, 2));
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo})
             EXPECT_EQ(image_hashes(*vulkan, view(160, 120, rays)),
                       image_hashes(*cpu, view(160, 120, rays)));

@@ -46,16 +46,18 @@ std::size_t different(const std::vector<Hit>& a, const std::vector<Hit>& b) {
 
 void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& brute) {
     const std::vector<vec3>& start = motion.poses[motion.build_at];
-    brute.set_scene(motion.topology, start, build_bvh(motion.topology, start));
     for (const char* policy : {"refit", "rebuild", "every:3", "auto"}) {
         // A budget that sends some builds in the background.
         const UpdateConfig config{.deterministic = true, .budget = 0.02};
-        TreeUpdater updater(motion.topology, start, tracer,
+        Pose moving(start);
+        brute.set_scene(motion.topology, moving, build_bvh(motion.topology, start));
+        TreeUpdater updater(motion.topology, moving, tracer,
                             make_update_policy(parse_policy(policy), config), {}, config);
         for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
             const std::vector<vec3>& positions = motion.poses[pose];
-            updater.update(positions);
-            brute.refit(positions);
+            moving.move_to(positions);
+            updater.update();
+            brute.refit();
             const std::vector<Ray> rays = rays_at(motion, pose);
             ASSERT_EQ(different(hits_of(tracer, rays), hits_of(brute, rays)), 0u)
                 << motion.name << ", " << policy << ", pose " << pose;
@@ -69,11 +71,13 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
 
 std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer) {
     const UpdateConfig config{.deterministic = true, .budget = 0.02};
-    TreeUpdater updater(motion.topology, motion.poses[motion.build_at], tracer,
+    Pose moving(motion.poses[motion.build_at]);
+    TreeUpdater updater(motion.topology, moving, tracer,
                         make_update_policy({PolicyKind::kAuto}, config), {}, config);
     std::vector<std::string> decisions;
     for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
-        updater.update(motion.poses[pose]);
+        moving.move_to(motion.poses[pose]);
+        updater.update();
         const std::vector<Ray> rays = rays_at(motion, pose);
         hits_of(tracer, rays);
         updater.frame_done({0, rays.size()});
@@ -86,14 +90,14 @@ std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer
 void expect_no_drift(const Motion& motion, Backend& tracer) {
     const std::vector<vec3>& start = motion.poses[motion.build_at];
     const Bvh built = build_bvh(motion.topology, start);
-    tracer.set_scene(motion.topology, start, built);
-    tracer.refit(motion.poses.back(), RefitExtent::kAll);
+    MovingScene once(tracer, motion.topology, Pose(start), built);
+    once.refit(motion.poses.back(), RefitExtent::kAll);
     const std::uint64_t fresh = tree_hash(tracer);
-    tracer.set_scene(motion.topology, start, built);
+    MovingScene moving(tracer, motion.topology, Pose(start), built);
     for (int round = 0; round < 3; ++round)
-        for (const std::vector<vec3>& positions : motion.poses) tracer.refit(positions);
+        for (const std::vector<vec3>& positions : motion.poses) moving.refit(positions);
     EXPECT_EQ(tree_hash(tracer), fresh) << motion.name;
-    tracer.refit(start);
+    moving.refit(start);
     EXPECT_EQ(tree_hash(tracer), bvh_hash(built)) << motion.name;
 }
 

@@ -14,6 +14,7 @@ TestScene::TestScene(std::vector<vec3> positions, std::vector<uvec3> triangles)
     topology_.albedo.assign(topology_.triangles.size(), kDefaultAlbedo);
     topology_.vertex_count = static_cast<std::uint32_t>(world_.size());
     space_.to_scene(world_, scene_);
+    pose_ = Pose(scene_);
 }
 
 TestScene icosphere(int levels, double radius, const dvec3& centre) {

@@ -1,4 +1,4 @@
-// Meshes that tests trace, and rays and points for them.
+// Meshes that tests trace and move, and rays and points for them.
 #pragma once
 
 #include <limits>
@@ -7,6 +7,7 @@
 
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
+#include "common/update/refit_plan.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
@@ -23,6 +24,8 @@ public:
     const SceneSpace& space() const { return space_; }
     const std::vector<vec3>& world_positions() const { return world_; }
     const std::vector<vec3>& positions() const { return scene_; }
+    /// These positions, for backends.
+    const Pose& pose() const { return pose_; }
     std::size_t triangle_count() const { return topology_.triangles.size(); }
 
 private:
@@ -30,6 +33,32 @@ private:
     std::vector<vec3> world_;
     SceneSpace space_;
     std::vector<vec3> scene_;
+    Pose pose_;
+};
+
+/// A backend's scene with a pose of its own. No call but the next set_scene() may follow its end.
+class MovingScene {
+public:
+    MovingScene(Backend& backend, const TestScene& scene, const Bvh& bvh)
+        : MovingScene(backend, scene.topology(), scene.pose(), bvh) {}
+    MovingScene(Backend& backend, const Topology& topology, const Pose& pose, const Bvh& bvh)
+        : backend_(backend), pose_(pose) {
+        backend.set_scene(topology, pose_, bvh);
+    }
+    MovingScene(const MovingScene&) = delete;
+
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent = RefitExtent::kMoved) {
+        pose_.move_to(positions);
+        return backend_.refit(extent);
+    }
+    void set_tree(std::span<const vec3> positions, const Bvh& bvh) {
+        pose_.move_to(positions);
+        backend_.set_tree(bvh);
+    }
+
+private:
+    Backend& backend_;
+    Pose pose_;
 };
 
 inline TestScene torus(std::uint32_t rings, std::uint32_t sides) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/update/refit_plan.h"
 #include "common/version.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/options.h"
@@ -30,13 +31,14 @@ public:
         : scene_(scene),
           repeat_(repeat),
           report_(report),
+          pose_(scene.positions),
           tree_(build_peer_tree(scene.topology(), scene.positions, 1.5, 4)),
           diffuse_(diffuse_rays()),
           shared_(gpu::open_device({})),
           ours_(gpu::make_backend_on(shared_)),
           peer_(shared_, tree_, scene.params, diffuse_.size()) {
         peer_.set_rays(diffuse_);
-        ours_->set_scene(scene.topology(), scene.positions, scene.bvh);
+        ours_->set_scene(scene.topology(), pose_, scene.bvh);
     }
 
     void run() {
@@ -86,10 +88,8 @@ private:
         const std::uint64_t ray_count =
             is_primary ? pixels_of(params)
                        : count_hits(checked) * rays_per_hit(rays, params.ao_count);
-        compare(work, ray_count, ours, mode, [&] {
-            return is_primary ? count_differences(checked.hits)
-                              : 0;
-        });
+        compare(work, ray_count, ours, mode,
+                [&] { return is_primary ? count_differences(checked.hits) : 0; });
     }
 
     void trace_diffuse() {
@@ -98,13 +98,13 @@ private:
             ours_->trace({diffuse_, hits});
             return ours_->finish().trace_ms;
         };
-        compare("diffuse", hits.size(), ours, kPeerRays,
-                [&] { return count_differences(hits); });
+        compare("diffuse", hits.size(), ours, kPeerRays, [&] { return count_differences(hits); });
     }
 
     const BenchScene& scene_;
     int repeat_;
     Report& report_;
+    Pose pose_;
     PeerTree tree_;
     std::vector<Ray> diffuse_;
     std::shared_ptr<gpu::SharedDevice> shared_;

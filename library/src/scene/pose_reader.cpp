@@ -4,7 +4,6 @@
 #include <tbb/parallel_reduce.h>
 
 #include "common/scene/camera_setup.h"
-#include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/errors.h"
 
 namespace morphray::detail {
@@ -38,24 +37,22 @@ std::vector<glm::dvec3> doubles_of(const Positions& positions) {
     return doubles;
 }
 
-/// Calls `use(first, run)` for runs of positions first, first + 1, ..., in place if they are
-/// packed floats of world space.
+/// Calls `use(first, run)` for runs of up to kReadRun positions, in place if they are packed floats
+/// of world space.
 template <class Use>
 void for_each_run(const Positions& positions, const mray::Origin& origin, std::size_t first,
                   std::size_t end, Use use) {
     const auto* bytes = static_cast<const std::byte*>(positions.data);
-    if (positions.stride == sizeof(vec3) && !positions.has_doubles && origin == mray::Origin() &&
-        reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0) {
-        const auto* packed = reinterpret_cast<const vec3*>(bytes);
-        if (first < end) use(first, std::span(packed + first, end - first));
-        return;
-    }
-    vec3 run[kReadRun];
+    const bool is_packed = positions.stride == sizeof(vec3) && !positions.has_doubles &&
+                           origin == mray::Origin() &&
+                           reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0;
+    vec3 read[kReadRun];
     for (; first < end; first += kReadRun) {
         const std::size_t count = std::min(kReadRun, end - first);
-        for (std::size_t i = 0; i < count; ++i)
-            run[i] = origin.to_world(load(positions, first + i));
-        use(first, std::span<const vec3>(run, count));
+        for (std::size_t i = 0; i < count && !is_packed; ++i)
+            read[i] = origin.to_world(load(positions, first + i));
+        const vec3* const run = is_packed ? reinterpret_cast<const vec3*>(bytes) + first : read;
+        use(first, std::span(run, count));
     }
 }
 
@@ -94,11 +91,20 @@ PoseReader::PoseReader(const std::optional<Box>& bounds, const Point& origin,
       space_(bounds_),
       target_(target) {}
 
-/// Reads vertices into this space. Returns whether one of its positions has changed.
-bool PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena) {
+/// Brings a run into a space, as vertices first, first + 1, ... of the pose.
+MadePositions PoseReader::write(const mray::SceneSpace& space, std::size_t first,
+                                std::span<const vec3> run) {
+    // In the cache until the pose has compared it.
+    vec3 scene[kReadRun];
+    const MadePositions made =
+        mray::cpu::make_positions(space, target_, run, std::span(scene, run.size()));
+    pose_.write(first, std::span(scene, run.size()));
+    return made;
+}
+
+/// Reads vertices into this space.
+void PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena) {
     const MeshSlot& mesh = *range.mesh;
-    const std::span<vec3> scene =
-        std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
     const auto for_each_read = [&](std::size_t first, std::size_t end, auto use) {
         mesh.for_each_used(first, end, [&](std::size_t from, std::size_t to) {
             for_each_run(mesh.positions, origin_, from, to, use);
@@ -108,42 +114,39 @@ bool PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& aren
         range.first, range.first + range.count, arena, [&](std::size_t first, std::size_t count) {
             MadePositions sum;
             for_each_read(first, first + count, [&](std::size_t at, std::span<const vec3> run) {
-                sum.extend(
-                    mray::cpu::make_positions(space_, target_, run, scene.subspan(at, run.size())));
+                sum.extend(write(space_, mesh.first_vertex + at, run));
             });
             return sum;
         });
     is_extended_ |= made.any_outside;
     auto kept = kept_.find(mesh.first_vertex);
     if (kept == kept_.end()) {
-        if (made.all_invertible) return made.any_changed;
-        kept =
-            kept_.emplace(mesh.first_vertex, KeptPositions{std::vector<vec3>(scene.size())}).first;
-        for (std::size_t i = 0; i < scene.size(); ++i)
-            kept->second.world[i] = space_.to_world(scene[i]);
+        if (made.all_invertible) return;
+        std::vector<vec3> world(mesh.vertex_count());
+        for (std::size_t i = 0; i < world.size(); ++i)
+            world[i] = space_.to_world(positions()[mesh.first_vertex + i]);
+        kept = kept_.emplace(mesh.first_vertex, KeptPositions{std::move(world)}).first;
     }
     kept->second.any_left_out |= made.any_left_out;
     for_each_read(range.first, range.first + range.count,
                   [&](std::size_t at, std::span<const vec3> run) {
                       std::copy(run.begin(), run.end(), &kept->second.world[at]);
                   });
-    return made.any_changed;
 }
 
 /// Calls use(first, run) for runs of vertices [begin, end) of a mesh as they were read.
 template <class Use>
 void PoseReader::for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                                     Use use) const {
-    if (const auto kept = kept_.find(mesh.first_vertex); kept != kept_.end()) {
-        use(begin, std::span(kept->second.world).subspan(begin, end - begin));
-        return;
-    }
-    vec3 run[kReadRun];
+    const auto kept = kept_.find(mesh.first_vertex);
+    const bool is_kept = kept != kept_.end();
+    vec3 inverted[kReadRun];
     for (std::size_t first = begin; first < end; first += kReadRun) {
         const std::size_t count = std::min(kReadRun, end - first);
-        for (std::size_t i = 0; i < count; ++i)
-            run[i] = space_.to_world(positions_[mesh.first_vertex + first + i]);
-        use(first, std::span<const vec3>(run, count));
+        for (std::size_t i = 0; i < count && !is_kept; ++i)
+            inverted[i] = space_.to_world(positions()[mesh.first_vertex + first + i]);
+        const vec3* const run = is_kept ? &kept->second.world[first] : inverted;
+        use(first, std::span(run, count));
     }
 }
 
@@ -170,15 +173,13 @@ void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
     for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used) continue;
         std::vector<vec3> world(mesh.vertex_count());
-        const auto scene = std::span(positions_).subspan(mesh.first_vertex, world.size());
         const MadePositions made =
             for_each_part(0, world.size(), arena, [&](std::size_t first, std::size_t count) {
                 MadePositions sum;
                 mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
                     for_each_world_run(mesh, from, to, [&](std::size_t at, auto run) {
                         std::ranges::copy(run, &world[at]);
-                        sum.extend(mray::cpu::make_positions(space, target_, run,
-                                                             scene.subspan(at, run.size())));
+                        sum.extend(write(space, mesh.first_vertex + at, run));
                     });
                 });
                 return sum;
@@ -190,60 +191,49 @@ void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
     kept_ = std::move(kept);
 }
 
-/// Brings all positions into the space of the pose. Returns whether it is another one.
-bool PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
+/// Brings all positions into the space of the pose.
+void PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
     const mray::PoseExtent pose = extent_of(meshes, arena);
     if (bounds_.empty()) bounds_ = pose.bounds(pose.limit());
     const mray::SceneSpace space = mray::space_of_pose(bounds_, pose);
     is_extended_ = space != mray::SceneSpace(bounds_);
-    if (space == space_) return false;
-    move_to(space, meshes, arena);
-    return true;
+    if (space != space_) move_to(space, meshes, arena);
 }
 
-/// Brings the positions of meshes that were there before to their places.
-void PoseReader::move_kept_meshes(const MeshList& meshes) {
-    std::vector<KeptRange> runs;
+/// Makes a pose with the positions of meshes that were there before, and none of the others.
+void PoseReader::place_meshes(const MeshList& meshes) {
+    std::vector<vec3> placed(meshes.topology().vertex_count, vec3(mray::kInvalidCoordinate));
     auto kept_before = std::exchange(kept_, {});
     for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used || !mesh.vertex_before || mesh.vertex_count() == 0) continue;
-        runs.push_back({*mesh.vertex_before, mesh.first_vertex, mesh.vertex_count()});
+        std::ranges::copy(positions().subspan(*mesh.vertex_before, mesh.vertex_count()),
+                          &placed[mesh.first_vertex]);
         if (const auto kept = kept_before.find(*mesh.vertex_before); kept != kept_before.end())
             kept_.emplace(mesh.first_vertex, std::move(kept->second));
     }
-    move_kept(positions_, runs, meshes.topology().vertex_count);
+    pose_ = mray::Pose(std::move(placed));
 }
 
-std::vector<mray::IndexRange> PoseReader::read_list(const MeshList& meshes,
-                                                    mray::ThreadArena& arena) {
-    move_kept_meshes(meshes);
+void PoseReader::read_list(const MeshList& meshes, mray::ThreadArena& arena) {
+    place_meshes(meshes);
     std::vector<MeshVertices> kept;
     for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used) continue;
         const MeshVertices all{&mesh, 0, mesh.vertex_count()};
         if (!mesh.vertex_before) {
-            std::ranges::fill(std::span(positions_).subspan(mesh.first_vertex, all.count),
-                              vec3(mray::kInvalidCoordinate));
             read_of_mesh(all, arena);
         } else if (mesh.deforms) {
             kept.push_back(all);
         }
     }
-    return read(meshes, kept, arena);
+    read(meshes, kept, arena);
 }
 
-std::vector<mray::IndexRange> PoseReader::read(const MeshList& meshes,
-                                               std::span<const MeshVertices> vertices,
-                                               mray::ThreadArena& arena) {
-    std::vector<mray::IndexRange> changed;
-    for (const MeshVertices& range : vertices) {
-        const auto begin = static_cast<std::uint32_t>(range.mesh->first_vertex + range.first);
-        const auto end = static_cast<std::uint32_t>(begin + range.count);
-        if (read_of_mesh(range, arena)) changed.push_back({begin, end});
-    }
-    if (!is_extended_ && !bounds_.empty()) return changed;
-    if (!find_space(meshes, arena)) return changed;
-    return {{0, meshes.topology().vertex_count}};
+void PoseReader::read(const MeshList& meshes, std::span<const MeshVertices> vertices,
+                      mray::ThreadArena& arena) {
+    pose_.begin_move();
+    for (const MeshVertices& range : vertices) read_of_mesh(range, arena);
+    if (is_extended_ || bounds_.empty()) find_space(meshes, arena);
 }
 
 std::vector<LeftOut> PoseReader::left_out(const MeshList& meshes) const {
@@ -271,7 +261,7 @@ mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {
         const auto& [first, positions] = *std::prev(after);
         if (vertex - first < positions.world.size()) return positions.world[vertex - first];
     }
-    return space_.to_world(positions_[vertex]);
+    return space_.to_world(positions()[vertex]);
 }
 
 }  // namespace morphray::detail

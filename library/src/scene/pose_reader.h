@@ -4,6 +4,8 @@
 #include "common/base/thread_arena.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
+#include "common/update/refit_plan.h"
+#include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/mesh_list.h"
 #include "morphray/scene.hpp"
 
@@ -32,19 +34,20 @@ public:
     const mray::SceneSpace& space() const { return space_; }
     /// The bounds that the space follows; empty before there is a position.
     const mray::WorldBounds& bounds() const { return bounds_; }
-    std::span<const mray::vec3> positions() const { return positions_; }
+    /// In scene space, for backends. Its last move is the last read() or read_list().
+    const mray::Pose& pose() const { return pose_; }
+    std::span<const mray::vec3> positions() const { return pose_.positions(); }
     /// As it was read. The vertex is not left out.
     mray::vec3 world_position(std::uint32_t vertex) const;
 
     /// The positions that are read next give the bounds.
     void forget_bounds() { bounds_ = {}; }
-    /// Reads the positions of new and deforming meshes of a list whose changes have been made.
-    /// Returns the vertices of meshes that were there before that may have changed in scene space.
-    std::vector<mray::IndexRange> read_list(const MeshList& meshes, mray::ThreadArena& arena);
-    /// Reads these vertices. Returns those that may have changed in scene space.
-    std::vector<mray::IndexRange> read(const MeshList& meshes,
-                                       std::span<const MeshVertices> vertices,
-                                       mray::ThreadArena& arena);
+    /// Reads the positions of new and deforming meshes of a list whose changes have been made. Only
+    /// meshes that were there before move.
+    void read_list(const MeshList& meshes, mray::ThreadArena& arena);
+    /// Moves the pose to these vertices, and to another space if they need it.
+    void read(const MeshList& meshes, std::span<const MeshVertices> vertices,
+              mray::ThreadArena& arena);
     /// Counts the vertices that are left out, by meshes that have some.
     std::vector<LeftOut> left_out(const MeshList& meshes) const;
 
@@ -55,13 +58,15 @@ private:
         bool any_left_out = false;
     };
 
-    void move_kept_meshes(const MeshList& meshes);
-    bool read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena);
+    void place_meshes(const MeshList& meshes);
+    mray::cpu::MadePositions write(const mray::SceneSpace& space, std::size_t first,
+                                   std::span<const mray::vec3> run);
+    void read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena);
     template <class Use>
     void for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                             Use use) const;
     mray::PoseExtent extent_of(const MeshList& meshes, mray::ThreadArena& arena) const;
-    bool find_space(const MeshList& meshes, mray::ThreadArena& arena);
+    void find_space(const MeshList& meshes, mray::ThreadArena& arena);
     void move_to(const mray::SceneSpace& space, const MeshList& meshes, mray::ThreadArena& arena);
 
     mray::Origin origin_;
@@ -70,8 +75,8 @@ private:
     mray::SimdTarget target_;
     /// Whether a vertex lies outside the space of bounds_. The space is then that of the pose.
     bool is_extended_ = false;
-    std::vector<mray::vec3> positions_;
-    /// Meshes whose positions in world space positions_ does not give back, by first vertex.
+    mray::Pose pose_;
+    /// Meshes whose positions in world space pose_ does not give back, by first vertex.
     std::map<std::uint32_t, KeptPositions> kept_;
 };
 

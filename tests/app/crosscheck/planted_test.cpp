@@ -10,6 +10,7 @@
 #include "app/commands/crosscheck.h"
 #include "app/report/check_report.h"
 #include "common/bvh/builder/bvh_builder.h"
+#include "common/update/refit_plan.h"
 #include "cpu/cpu_backend.h"
 #include "report/shell.h"
 #include "tests/support/temporary_folder.h"
@@ -162,7 +163,8 @@ Answered query_tetrahedron(std::uint32_t count) {
     one.positions = {{0, 0, 0}, {1024, 0, 0}, {0, 1024, 0}, {0, 0, 1024}};
     one.batch = pseudo_random_batch(one.topology, one.positions, count);
     const auto backend = cpu::make_cpu_backend({});
-    backend->set_scene(one.topology, one.positions, build_bvh(one.topology, one.positions));
+    const Pose pose(one.positions);
+    backend->set_scene(one.topology, pose, build_bvh(one.topology, one.positions));
     one.answers = answers_of(*backend, one.batch);
     return one;
 }

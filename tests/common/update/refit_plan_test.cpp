@@ -42,12 +42,12 @@ TEST(MovedParts, RefittedAloneGiveTheBytesOfAFullRefit) {
         const TestScene& scene = named.scene;
         Bvh all = build_bvh(scene.topology(), scene.positions());
         Bvh parts_only = all;
-        PoseMemory pose(scene.positions());
+        Pose pose = scene.pose();
         const BlockLeaves block_leaves(all, pose.block_count());
         std::vector<vec3> positions = scene.positions();
         for (std::uint64_t step = 0; step < 12; ++step) {
             positions = partly_moved(positions, step % 4 == 3 ? 1 : 0.01, step);
-            pose.advance(positions);
+            pose.move_to(positions);
             cpu::refit(all, positions);
             cpu::refit(parts_only, positions, block_leaves.reached(parts_only, pose));
             ASSERT_EQ(bvh_hash(parts_only), bvh_hash(all)) << named.name << ", step " << step;
@@ -81,22 +81,24 @@ TEST(CoveringRanges, AreFewAndCoverEveryIndex) {
     EXPECT_EQ(covering_ranges(odd, 2), (std::vector<IndexRange>{{1, 2}, {3, 4}}));
 }
 
-TEST(PoseMemory, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
+TEST(Pose, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
     const TestScene scene = icosphere(3);
-    PoseMemory pose(scene.positions());
-    EXPECT_EQ(pose.advance(scene.positions()), 0u);
+    Pose pose = scene.pose();
+    pose.move_to(scene.positions());
+    EXPECT_EQ(pose.moved_count(), 0u);
     std::vector<vec3> positions = scene.positions();
     positions.back().z = std::nextafter(positions.back().z, 2 * kSceneExtent);
-    EXPECT_EQ(pose.advance(positions), 1u);
+    pose.move_to(positions);
     EXPECT_EQ(pose.moved_blocks(), std::vector{pose.block_count() - 1});
-    EXPECT_EQ(pose.advance(positions), 0u);
     EXPECT_EQ(pose.positions().back(), positions.back());
+    pose.move_to(positions);
+    EXPECT_EQ(pose.moved_count(), 0u);
 }
 
-TEST(PoseMemory, TellsEachBlockWithAMovedVertexAndNoOther) {
+TEST(Pose, TellsEachBlockWithAMovedVertexAndNoOther) {
     // Several stretches and tasks, and a last block that is not whole.
     std::vector<vec3> positions(70005, vec3(0.5f));
-    PoseMemory pose(positions);
+    Pose pose(positions);
     Random random(7);
     for (int round = 0; round < 50; ++round) {
         std::vector<std::uint32_t> expected;
@@ -107,25 +109,27 @@ TEST(PoseMemory, TellsEachBlockWithAMovedVertexAndNoOther) {
             positions[vertex].y += 0.25f;
             expected.push_back(block);
         }
-        ASSERT_EQ(pose.advance(positions), expected.size());
+        pose.move_to(positions);
+        ASSERT_EQ(pose.moved_count(), expected.size());
         ASSERT_EQ(pose.moved_blocks(), expected);
-        ASSERT_TRUE(std::equal(positions.begin(), positions.end(), pose.positions().begin()));
+        ASSERT_TRUE(std::ranges::equal(positions, pose.positions()));
     }
 }
 
-TEST(PoseMemory, BlocksOutsideOfChangedRangesHaveNotMoved) {
+TEST(Pose, WritesFromAnyVertexOn) {
     std::vector<vec3> positions(kMotionBlock * 100, vec3(0.5f));
-    PoseMemory pose(positions);
-    for (vec3& p : positions) p.y += 0.25f;
-    EXPECT_EQ(pose.advance(positions), pose.block_count());
-    for (const std::uint32_t block : {10u, 11u, 40u})
-        positions[std::size_t{block} * kMotionBlock].x += 0.25f;
-    const IndexRange changed[] = {{10 * kMotionBlock, 10 * kMotionBlock + 1},
-                                  {11 * kMotionBlock, 12 * kMotionBlock},
-                                  {39 * kMotionBlock + 5, 40 * kMotionBlock + 1}};
-    EXPECT_EQ(pose.advance(positions, changed), 3u);
-    EXPECT_EQ(pose.moved_blocks(), (std::vector<std::uint32_t>{10, 11, 40}));
-    EXPECT_EQ(pose.advance(positions, {}), 0u);
+    Pose pose(positions);
+    const auto write = [&](std::size_t first, std::size_t count) {
+        for (vec3& p : std::span(positions).subspan(first, count)) p.y += 0.25f;
+        pose.write(first, std::span(positions).subspan(first, count));
+    };
+    write(10 * kMotionBlock, 1);
+    write(10 * kMotionBlock + 1, kMotionBlock);
+    write(39 * kMotionBlock + 5, 11 + kMotionBlock);
+    write(70 * kMotionBlock, 0);
+    EXPECT_EQ(pose.moved_blocks(), (std::vector<std::uint32_t>{10, 11, 39, 40}));
+    EXPECT_TRUE(std::ranges::equal(positions, pose.positions()));
+    pose.begin_move();
     EXPECT_EQ(pose.moved_blocks(), std::vector<std::uint32_t>());
 }
 
@@ -140,18 +144,18 @@ TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
         return scene;
     };
     const Bvh built = build_bvh(animation->topology(), pose_at(0));
+    Pose pose(pose_at(0));
     const auto partly = cpu::make_cpu_backend();
     const auto fully = cpu::make_cpu_backend();
-    for (Backend* backend : {partly.get(), fully.get()}) {
-        backend->set_scene(animation->topology(), pose_at(0), built);
-    }
-    EXPECT_EQ(partly->refit(pose_at(0)), 0u);
+    for (Backend* backend : {partly.get(), fully.get()})
+        backend->set_scene(animation->topology(), pose, built);
+    EXPECT_EQ(partly->refit(), 0u);
     EXPECT_EQ(hash_of(*partly, built), bvh_hash(built));
     for (const double frame : {1.0, 2.0, 2.0, 7.5, 0.0}) {
-        const std::vector<vec3> pose = pose_at(frame);
+        pose.move_to(pose_at(frame));
         // At least half of the triangles are ground, which never moves.
-        EXPECT_LT(partly->refit(pose), built.leaves.size() * 6 / 10) << frame;
-        EXPECT_EQ(fully->refit(pose, RefitExtent::kAll), built.leaves.size());
+        EXPECT_LT(partly->refit(), built.leaves.size() * 6 / 10) << frame;
+        EXPECT_EQ(fully->refit(RefitExtent::kAll), built.leaves.size());
         EXPECT_EQ(hash_of(*partly, built), hash_of(*fully, built)) << frame;
     }
 }
@@ -159,18 +163,17 @@ TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
 TEST(CpuBackend, PartsAreThoseOfTheNewTreeAfterAnotherFrame) {
     const TestScene scene = torus(60, 30);
     const auto backend = cpu::make_cpu_backend();
-    backend->set_scene(scene.topology(), scene.positions(),
-                       build_bvh(scene.topology(), scene.positions()));
+    MovingScene moving(*backend, scene, build_bvh(scene.topology(), scene.positions()));
     std::vector<vec3> positions = scene.positions();
     positions[3].x += 0x1p12f;
-    backend->refit(positions);
+    moving.refit(positions);
     std::vector<vec3> folded = scene.positions();
     for (vec3& p : folded) p.y = p.y < 0 ? -p.y : p.y;
     const Bvh rebuilt = build_bvh(scene.topology(), folded);
-    backend->set_frame(folded, rebuilt);
+    moving.set_tree(folded, rebuilt);
     positions = folded;
     positions[500].z += 0x1p12f;
-    EXPECT_LT(backend->refit(positions), rebuilt.leaves.size() / 4);
+    EXPECT_LT(moving.refit(positions), rebuilt.leaves.size() / 4);
     Bvh expected = rebuilt;
     cpu::refit(expected, positions);
     EXPECT_EQ(hash_of(*backend, rebuilt), bvh_hash(expected));

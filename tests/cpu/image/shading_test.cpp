@@ -315,7 +315,7 @@ protected:
         ImageParams params =
             make_image_params(view, bounds_of(scene.world_positions()), scene.space());
         const auto backend = cpu::make_cpu_backend();
-        backend->set_scene(topology, scene.positions(), build_bvh(topology, scene.positions()));
+        backend->set_scene(topology, scene.pose(), build_bvh(topology, scene.positions()));
         Frame shadows;
         params.rays = kRaysShadow;
         backend->trace_image(params, shadows);
