@@ -57,7 +57,8 @@ TileRange brute_tiles(const ChartScene& scene, const RaySet& set) {
 
 Tracer device_tracer(const std::function<void(const RayBatch&)>& trace, const RaySet& set) {
     const auto answers = std::make_shared<TraceAnswers>(set);
-    return {.trace =
+    return {.name = "",
+            .trace =
                 [trace, answers, &set](const TileRange& range) {
                     if (range.begin == range.end) return;
                     const std::size_t first = set.tiles[range.begin].begin;

@@ -162,9 +162,9 @@ FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : space(WorldBounds{}) {
     topology = topology_of(fuzz_case);
     bounds = bounds_of(fuzz_case);
     const auto go_to = [&](double frame) {
-        std::vector<vec3>& pose = journey.emplace_back(world_positions(fuzz_case, frame));
-        space = space_of(fuzz_case, pose);
-        space.to_scene(pose, pose);
+        std::vector<vec3>& at = journey.emplace_back(world_positions(fuzz_case, frame));
+        space = space_of(fuzz_case, at);
+        space.to_scene(at, at);
     };
     const auto built_at = static_cast<double>(fuzz_case.build_at);
     const double end = fuzz_case.frame;
