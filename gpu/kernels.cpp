@@ -19,11 +19,9 @@ std::uint32_t query_steps(std::uint32_t steps) {
 
 }  // namespace
 
-#define SPIRV(name)                                                                \
-    kind == BufferKind::kTexels ? std::span<const std::uint32_t>(k_##name##_spirv) \
-                                : std::span<const std::uint32_t>(k_##name##_storage_spirv)
+#define SPIRV(name) k_##name##_spirv, k_##name##_storage_spirv
 
-Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps)
+Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
     : device_(device),
       context_(context),
       primary(SPIRV(primary), steps, kNoRegion),
@@ -43,7 +41,7 @@ Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, std::u
 void Kernels::prepare(const std::vector<Kernel*>& needed, const Watch& watch) {
     std::vector<Kernel*> missing;
     for (Kernel* const kernel : needed) {
-        if (kernel->pipeline_ && kernel->pipeline_->pipeline().is_warm()) {
+        if (is_compiled(*kernel) && kernel->pipeline_->pipeline().is_warm()) {
             make_ready(*kernel);
         } else {
             missing.push_back(kernel);
@@ -78,9 +76,11 @@ void Kernels::prepare(const std::vector<Kernel*>& needed, const Watch& watch) {
 
 /// Threads may compile different kernels at the same time.
 void Kernels::compile(Kernel& kernel) {
-    if (kernel.pipeline_) return;
+    if (is_compiled(kernel)) return;
     Device& device = device_.device;
-    kernel.pipeline_.emplace(device, device_.pipelines.get(device, kernel.spirv_, {kernel.steps_}));
+    const auto spirv = kind_ == BufferKind::kTexels ? kernel.texels_ : kernel.storage_;
+    kernel.pipeline_.emplace(device, device_.pipelines.get(device, spirv, {kernel.steps_}));
+    kernel.kind_ = kind_;
 }
 
 /// Binds the resources, unless this version of them is bound, and dispatches a new kernel once.

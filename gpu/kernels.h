@@ -17,8 +17,9 @@ class Kernel {
 public:
     /// `steps`: kConstantStepBudget. With the arguments `nothing` a workgroup writes nothing.
     template <class Arguments>
-    Kernel(std::span<const std::uint32_t> spirv, std::uint32_t steps, const Arguments& nothing)
-        : spirv_(spirv), steps_(steps) {
+    Kernel(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> storage,
+           std::uint32_t steps, const Arguments& nothing)
+        : texels_(texels), storage_(storage), steps_(steps) {
         const auto bytes = std::as_bytes(std::span(&nothing, 1));
         nothing_.assign(bytes.begin(), bytes.end());
     }
@@ -33,9 +34,12 @@ public:
 private:
     friend class Kernels;
 
-    std::span<const std::uint32_t> spirv_;
+    /// The SPIR-V for each BufferKind.
+    std::span<const std::uint32_t> texels_;
+    std::span<const std::uint32_t> storage_;
     std::uint32_t steps_;
     std::vector<std::byte> nothing_;
+    BufferKind kind_ = BufferKind::kTexels;
     std::optional<BoundPipeline> pipeline_;
     std::uint64_t bound_version_ = 0;
 };
@@ -46,10 +50,12 @@ inline std::uint32_t groups_of(std::uint32_t lanes) {
 
 class Kernels {
 public:
-    Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps);
+    Kernels(SharedDevice& device, Context& context, std::uint32_t steps);
     Kernels(const Kernels&) = delete;
 
-    void set_bindings(const Bindings& bindings) {
+    /// Kernels read buffers of this kind from now on.
+    void set_bindings(BufferKind kind, const Bindings& bindings) {
+        kind_ = kind;
         bindings_ = bindings;
         ++version_;
     }
@@ -61,11 +67,15 @@ public:
     void prepare(const std::vector<Kernel*>& needed, const Watch& watch = {});
 
 private:
+    bool is_compiled(const Kernel& kernel) const {
+        return kernel.pipeline_ && kernel.kind_ == kind_;
+    }
     void compile(Kernel& kernel);
     void make_ready(Kernel& kernel);
 
     SharedDevice& device_;
     Context& context_;
+    BufferKind kind_ = BufferKind::kTexels;
     Bindings bindings_;
     std::uint64_t version_ = 0;
 

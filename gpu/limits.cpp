@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
+#include <vector>
 
 #include "common/base/errors.h"
 #include "common/bvh/bvh.h"
@@ -12,13 +15,35 @@
 namespace mray::gpu {
 namespace {
 
-[[noreturn]] void over(const std::string& text) {
-    throw Error(ErrorKind::kLimit,
-                "Vulkan: " + text + "; use a smaller scene, another device or the CPU backend");
+[[noreturn]] void over(const std::string& text, const std::string& smaller = "") {
+    throw Error(ErrorKind::kLimit, "Vulkan: " + text + "; use a smaller scene" + smaller +
+                                       ", another device or the CPU backend");
+}
+
+double ratio(std::uint64_t needed, std::uint64_t limit) {
+    return static_cast<double>(needed) / static_cast<double>(limit);
+}
+
+/// Refuses a scene that takes `excess` times as much as the device has.
+[[noreturn]] void over(const SceneSize& scene, double excess, const std::string& text) {
+    const double fitting = static_cast<double>(scene.triangles) / excess;
+    over(text, fmt::format(" (about {:.0f} triangles fit)", std::floor(fitting)));
 }
 
 /// Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
 constexpr std::uint64_t kPadding = 12;
+
+/// The kinds of buffers that kernels can bind, the fastest first.
+std::vector<BufferKind> usable_kinds(const PhysicalDevice& device, const Tuning& tuning) {
+    using enum BufferKind;
+    const VkPhysicalDeviceLimits& limits = device.limits;
+    if (std::min(limits.maxPerStageDescriptorStorageBuffers,
+                 limits.maxDescriptorSetStorageBuffers) < kMostStorageBuffers)
+        return {kTexels};
+    if (tuning.buffer_kind) return {*tuning.buffer_kind};
+    if (device.info.prefers_texels) return {kTexels, kStorage};
+    return {kStorage, kTexels};
+}
 
 struct BufferSize {
     const char* name;
@@ -27,18 +52,14 @@ struct BufferSize {
     std::uint64_t element_bytes;
 };
 
-void check_buffer(const PhysicalDevice& device, BufferKind kind, const BufferSize& buffer) {
+std::uint64_t most_elements(const PhysicalDevice& device, BufferKind kind,
+                            const BufferSize& buffer) {
     // Kernels index texels with signed integers.
     constexpr std::uint64_t kMaxIndex = 0x7FFFFFFF;
-    const bool is_texels = kind == BufferKind::kTexels;
-    const std::uint64_t limit = std::min<std::uint64_t>(
-        is_texels ? device.limits.maxTexelBufferElements
-                  : device.limits.maxStorageBufferRange / buffer.element_bytes,
-        kMaxIndex);
-    if (buffer.elements + kPadding > limit) {
-        over(fmt::format("the scene's {} take {} elements, the device's {} hold {}", buffer.name,
-                         buffer.elements, is_texels ? "texel buffers" : "storage buffers", limit));
-    }
+    const std::uint64_t limit = kind == BufferKind::kTexels
+                                    ? device.limits.maxTexelBufferElements
+                                    : device.limits.maxStorageBufferRange / buffer.element_bytes;
+    return std::min(limit, kMaxIndex);
 }
 
 void check_bytes(const PhysicalDevice& device, const SceneSize& scene) {
@@ -49,33 +70,28 @@ void check_bytes(const PhysicalDevice& device, const SceneSize& scene) {
                                        sizeof(RepeatedTriangle) * scene.repeated};
     const std::uint64_t largest = *std::ranges::max_element(parts);
     if (largest > device.max_allocation) {
-        over(fmt::format("the scene needs an allocation of {} bytes, the device allows {}", largest,
+        over(scene, ratio(largest, device.max_allocation),
+             fmt::format("the scene needs an allocation of {} bytes, the device allows {}", largest,
                          device.max_allocation));
     }
     const std::uint64_t total =
         std::accumulate(std::begin(parts), std::end(parts), std::uint64_t{0});
     if (total > device.info.memory_bytes) {
-        over(fmt::format("the scene takes {} bytes, the device has {}", total,
+        over(scene, ratio(total, device.info.memory_bytes),
+             fmt::format("the scene takes {} bytes, the device has {}", total,
                          device.info.memory_bytes));
     }
 }
 
 }  // namespace
 
-BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning) {
-    if (tuning.buffer_kind) return *tuning.buffer_kind;
-    const VkPhysicalDeviceLimits& limits = device.limits;
-    const bool has_room = std::min(limits.maxPerStageDescriptorStorageBuffers,
-                                   limits.maxDescriptorSetStorageBuffers) >= kMostStorageBuffers;
-    return device.info.type == "cpu" || !has_room ? BufferKind::kTexels : BufferKind::kStorage;
-}
-
 std::uint32_t step_budget(const PhysicalDevice& device, const Tuning& tuning) {
     if (tuning.step_budget != 0) return tuning.step_budget;
     return device.info.type == "cpu" ? kStepBudget : 1u << 14;
 }
 
-void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene) {
+BufferKind choose_buffers(const PhysicalDevice& device, const Tuning& tuning,
+                          const SceneSize& scene) {
     if (scene.depth > kMaxDepth) {
         over(fmt::format("the tree has {} levels, kernels have stacks for {}", scene.depth,
                          kMaxDepth));
@@ -86,8 +102,25 @@ void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize&
                                   {"repeated triangles", 2 * scene.repeated, 4},
                                   {"nodes", 4 * kNodeVec4s * scene.nodes, 4},
                                   {"leaves", 4 * kLeafVec4s * scene.leaves, 4}};
-    for (const BufferSize& buffer : buffers) check_buffer(device, kind, buffer);
-    check_bytes(device, scene);
+    double least_excess = std::numeric_limits<double>::infinity();
+    std::string problem;
+    for (const BufferKind kind : usable_kinds(device, tuning)) {
+        const auto excess = [&](const BufferSize& buffer) {
+            return ratio(buffer.elements + kPadding, most_elements(device, kind, buffer));
+        };
+        const BufferSize& worst = *std::ranges::max_element(buffers, {}, excess);
+        if (excess(worst) <= 1) {
+            check_bytes(device, scene);
+            return kind;
+        }
+        if (excess(worst) >= least_excess) continue;
+        least_excess = excess(worst);
+        problem = fmt::format("the scene's {} take {} elements, the device's {} hold {}",
+                              worst.name, worst.elements,
+                              kind == BufferKind::kTexels ? "texel buffers" : "storage buffers",
+                              most_elements(device, kind, worst));
+    }
+    over(scene, least_excess, problem);
 }
 
 PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {

@@ -9,8 +9,6 @@ namespace mray::gpu {
 
 /// Storage buffers that a kernel binds at most.
 inline constexpr std::uint32_t kMostStorageBuffers = 10;
-/// The tuning's kind, else texels for a CPU and for devices with fewer storage buffers.
-BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning);
 
 /// The steps of a lane before it suspends its ray: the tuning's, else kStepBudget on a CPU, and on
 /// a GPU so many that its longest dispatch stays below a second.
@@ -26,8 +24,10 @@ struct SceneSize {
     std::uint64_t repeated = 0;
 };
 
-/// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.
-void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene);
+/// The fastest buffers in which the device holds such a scene, or the tuning's kind. Throws
+/// Error(kLimit), with the numbers, if there are none.
+BufferKind choose_buffers(const PhysicalDevice& device, const Tuning& tuning,
+                          const SceneSize& scene);
 
 /// How much goes into one dispatch.
 struct PassSize {

@@ -21,18 +21,16 @@ void copy_start(VkCommandBuffer commands, const Buffer& from, const Buffer& to, 
 }  // namespace
 
 RayPasses::RayPasses(SharedDevice& device, Context& context, Kernels& kernels,
-                     const SceneBuffers& scene, const PassSize& size, BufferKind kind,
-                     std::uint32_t step_budget)
+                     const SceneBuffers& scene, const PassSize& size, std::uint32_t step_budget)
     : device_(device),
       context_(context),
       kernels_(kernels),
       scene_(scene),
       size_(size),
-      kind_(kind),
       step_budget_(step_budget) {}
 
 RayPasses::Use RayPasses::use() {
-    buffers_ = device_.ray_buffers.take(device_.device, size_, kind_);
+    buffers_ = device_.ray_buffers.take(device_.device, size_, scene_.kind());
     return Use(this);
 }
 

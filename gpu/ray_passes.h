@@ -17,7 +17,7 @@ class RayPasses {
 public:
     /// Kernels and scene must outlive it.
     RayPasses(SharedDevice& device, Context& context, Kernels& kernels, const SceneBuffers& scene,
-              const PassSize& size, BufferKind kind, std::uint32_t step_budget);
+              const PassSize& size, std::uint32_t step_budget);
 
     struct GiveBack {
         void operator()(RayPasses* passes) const {
@@ -72,7 +72,6 @@ private:
     Kernels& kernels_;
     const SceneBuffers& scene_;
     PassSize size_;
-    BufferKind kind_;
     std::uint32_t step_budget_;
     std::unique_ptr<RayBuffers> buffers_;
 };

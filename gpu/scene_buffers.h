@@ -14,12 +14,13 @@ namespace mray::gpu {
 
 Bvh empty_tree();
 
-/// Topology, positions and tree. Sizes must have passed check_scene().
+/// Topology, positions and tree. Sizes must have passed choose_buffers().
 class SceneBuffers {
 public:
     SceneBuffers(Device& device, BufferKind kind, Transfer& transfer, const Topology& topology,
                  std::span<const vec3> positions, const Bvh& bvh);
 
+    BufferKind kind() const { return kind_; }
     std::uint32_t vertex_count() const { return vertex_count_; }
     std::uint32_t triangle_count() const { return triangle_count_; }
     std::uint32_t node_count() const { return tree_.level_begin.back(); }

@@ -38,13 +38,14 @@ public:
     VulkanBackend(std::shared_ptr<SharedDevice> device, const Tuning& tuning)
         : Backend(info_of(device->device.physical().info)),
           shared_(std::move(device)),
-          kind_(buffer_kind(physical(), tuning)),
+          tuning_(tuning),
           context_(shared_->device, tuning.submit_timeout_ms),
           transfer_(context_),
-          kernels_(*shared_, context_, kind_, step_budget(physical(), tuning)),
-          passes_(*shared_, context_, kernels_, scene_, pass_size(physical(), tuning), kind_,
+          kernels_(*shared_, context_, step_budget(physical(), tuning)),
+          passes_(*shared_, context_, kernels_, scene_, pass_size(physical(), tuning),
                   step_budget(physical(), tuning)),
-          scene_(shared_->device, kind_, transfer_, Topology{}, {}, empty_tree()),
+          scene_(shared_->device, choose_buffers(physical(), tuning, {}), transfer_, Topology{}, {},
+                 empty_tree()),
           images_(context_, kernels_, passes_),
           queries_(transfer_, kernels_, passes_, scene_) {
         bind();
@@ -56,14 +57,16 @@ public:
 
     void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
         const Stopwatch watch;
-        check_scene(physical(), kind_,
-                    size_of(topology.vertex_count, topology.triangles.size(), bvh));
+        const BufferKind kind =
+            choose_buffers(physical(), tuning_,
+                           size_of(topology.vertex_count, topology.triangles.size(), bvh));
         // The scene before goes first: there may not be room for both.
         clear();
-        SceneBuffers next(shared_->device, kind_, transfer_, topology, pose.positions(), bvh);
+        SceneBuffers next(shared_->device, kind, transfer_, topology, pose.positions(), bvh);
         no_scene_.emplace(std::move(scene_));
         scene_ = std::move(next);
         bind();
+        topology_ = &topology;
         pose_ = &pose;
         keep_links(bvh);
         shared_->device.throw_on_validation_errors();
@@ -74,6 +77,7 @@ public:
         require_scene();
         finish_refit();
         const Stopwatch watch;
+        if (!holds(bvh)) return set_scene(*topology_, *pose_, bvh);
         is_behind_ = true;
         scene_.set_positions(transfer_, pose_->positions());
         take_tree(bvh);
@@ -122,7 +126,9 @@ public:
     void edit_tree(const TreeEdit& edit) override {
         Bvh tree;
         read_tree(tree);
-        if (edit(tree)) take_tree(tree);
+        if (!edit(tree)) return;
+        if (!holds(tree)) return set_scene(*topology_, *pose_, tree);
+        take_tree(tree);
     }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
@@ -173,12 +179,20 @@ public:
 private:
     const PhysicalDevice& physical() const { return shared_->device.physical(); }
 
+    /// False if the scene with this tree needs another kind of buffers. Throws Error(kLimit) if no
+    /// kind holds it.
+    bool holds(const Bvh& bvh) const {
+        return scene_.kind() ==
+               choose_buffers(physical(), tuning_,
+                              size_of(scene_.vertex_count(), scene_.triangle_count(), bvh));
+    }
+
     void bind() {
         Bindings bindings;
         scene_.add_to(bindings);
         bound_ = passes_.buffers();
         if (bound_ != nullptr) bound_->add_to(bindings);
-        kernels_.set_bindings(bindings);
+        kernels_.set_bindings(scene_.kind(), bindings);
     }
 
     RayPasses::Use use_ray_buffers() {
@@ -188,8 +202,6 @@ private:
     }
 
     void take_tree(const Bvh& bvh) {
-        check_scene(physical(), kind_,
-                    size_of(scene_.vertex_count(), scene_.triangle_count(), bvh));
         scene_.set_tree(transfer_, bvh);
         bind();
         keep_links(bvh);
@@ -260,13 +272,14 @@ private:
     }
 
     std::shared_ptr<SharedDevice> shared_;
-    BufferKind kind_;
+    Tuning tuning_;
     Context context_;
     Transfer transfer_;
     Kernels kernels_;
     RayPasses passes_;
     const RayBuffers* bound_ = nullptr;
     SceneBuffers scene_;
+    const Topology* topology_ = nullptr;
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
     std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;

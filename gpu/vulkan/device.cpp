@@ -156,6 +156,7 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.max_allocation = maintenance.maxMemoryAllocationSize;
     device.info.uuid = fmt::format("{:02x}", fmt::join(id.deviceUUID, ""));
     device.info.subgroup_size = subgroup.subgroupSize;
+    device.info.prefers_texels = driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE;
     if (has_driver) device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
     if (has_unsound_width(driver, subgroup.subgroupSize)) {
         return "it crashes or gives wrong results with such a width of vectors; unset "

@@ -25,7 +25,7 @@ struct VulkanConfig {
 
 enum class BufferKind {
     kTexels,   // which lavapipe reads three times as fast
-    kStorage,  // which a GPU reads as fast, without the limit of 2^27 texels
+    kStorage,  // which others read as fast, without the limit of 2^27 texels
 };
 
 /// Settings that change no result. Tests use them to reach rare paths.
@@ -36,7 +36,8 @@ struct Tuning {
     std::uint32_t tiles_per_dispatch = 0;
     /// Suspended rays of 2 KB each that one dispatch continues; 0: by the device.
     std::uint32_t resume_slots = 0;
-    /// How kernels read buffers; unset: by the device (buffer_kind()).
+    /// How kernels read buffers, if the device can bind these; unset: by device and scene
+    /// (choose_buffers()).
     std::optional<BufferKind> buffer_kind = std::nullopt;
     /// Copies through a staging buffer even if the host sees the device's memory.
     bool force_staging = false;
@@ -58,6 +59,8 @@ struct DeviceInfo {
     std::uint32_t subgroup_size = 0;
     /// Empty if morphray can use the device; otherwise the features that it lacks.
     std::string unusable;
+    /// Whether it is lavapipe, which reads texels faster than storage buffers.
+    bool prefers_texels = false;
 };
 
 }  // namespace mray::gpu

@@ -10,12 +10,14 @@
 
 #include <sys/resource.h>
 
+#include "cpu/cpu_backend.h"
 #include "gpu/limits.h"
 #include "gpu/shared_device.h"
 #include "gpu/vulkan/device.h"
 #include "gpu/vulkan/memory.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/thrown_error.h"
 
 namespace mray::test {
@@ -274,16 +276,15 @@ std::string refusal(const Action& action) {
 
 void expect_refusal(const gpu::PhysicalDevice& device, const gpu::SceneSize& scene,
                     const char* part) {
-    const std::string text =
-        refusal([&] { gpu::check_scene(device, gpu::BufferKind::kTexels, scene); });
+    const std::string text = refusal([&] { gpu::choose_buffers(device, {}, scene); });
     EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
 TEST(SceneLimits, AreCheckedForEachOfThem) {
     gpu::PhysicalDevice device = roomy();
-    gpu::check_scene(device, gpu::BufferKind::kTexels, kDragon);
+    gpu::choose_buffers(device, {}, kDragon);
     device.limits.maxTexelBufferElements = 65536;
-    expect_refusal(device, kDragon, "hold 65536");
+    expect_refusal(device, kDragon, "hold 65536; use a smaller scene (about 9831 triangles fit)");
     device = roomy();
     device.max_allocation = 1u << 20;
     expect_refusal(device, kDragon, "an allocation of");
@@ -298,28 +299,25 @@ TEST(SceneLimits, AreCheckedForEachOfThem) {
     expect_refusal(roomy(), huge, "leaves take");
 }
 
-TEST(SceneLimits, AreThoseOfStorageBuffersWhereTheseAreRead) {
+TEST(Buffers, AreTheFastestThatHoldTheScene) {
+    using enum gpu::BufferKind;
+    const auto chosen = [](const gpu::PhysicalDevice& device) {
+        return gpu::choose_buffers(device, {}, kDragon);
+    };
     gpu::PhysicalDevice device = roomy();
-    device.limits.maxTexelBufferElements = 65536;
-    gpu::check_scene(device, gpu::BufferKind::kStorage, kDragon);
-    device.limits.maxStorageBufferRange = 1u << 20;
-    EXPECT_NE(refusal([&] {
-                  gpu::check_scene(device, gpu::BufferKind::kStorage, kDragon);
-              }).find("storage buffers hold"),
-              std::string::npos);
-}
-
-TEST(BufferKind, IsStorageForAGpuThatBindsEnough) {
-    gpu::PhysicalDevice device = roomy();
+    EXPECT_EQ(chosen(device), kTexels) << "kernels bind more storage buffers than it has";
     device.limits.maxPerStageDescriptorStorageBuffers = gpu::kMostStorageBuffers;
     device.limits.maxDescriptorSetStorageBuffers = gpu::kMostStorageBuffers;
-    device.info.type = "discrete";
-    EXPECT_EQ(gpu::buffer_kind(device, {}), gpu::BufferKind::kStorage);
-    device.info.type = "cpu";
-    EXPECT_EQ(gpu::buffer_kind(device, {}), gpu::BufferKind::kTexels);
-    device.info.type = "discrete";
-    device.limits.maxPerStageDescriptorStorageBuffers = 4;
-    EXPECT_EQ(gpu::buffer_kind(device, {}), gpu::BufferKind::kTexels);
+    EXPECT_EQ(chosen(device), kStorage);
+    device.limits.maxStorageBufferRange = 1u << 20;
+    EXPECT_EQ(chosen(device), kTexels);
+    device.limits.maxStorageBufferRange = 1u << 27;
+    device.info.prefers_texels = true;
+    EXPECT_EQ(chosen(device), kTexels);
+    device.limits.maxTexelBufferElements = 65536;
+    EXPECT_EQ(chosen(device), kStorage);
+    device.limits.maxStorageBufferRange = 1u << 20;
+    expect_refusal(device, kDragon, "storage buffers hold 262144");
 }
 
 TEST(PassSize, ShrinksToSmallStorageBuffers) {
@@ -370,6 +368,41 @@ TEST(SmallDevice, RefusesASceneAndGoesOnWithASmallerOne) {
     refusal([&] { set_scene(*backend, large, built_tree(large)); });
     backend->trace_image(view(200, 150, kRaysPrimary), after);
     EXPECT_EQ(hits_hash(before), hits_hash(after));
+}
+
+TEST(SmallDevice, TakesBuffersOfAnotherKindForATreeThatTexelsDoNotHold) {
+    const TestScene scene = torus(32, 16);
+    const Bvh small = built_tree(scene);
+    const Bvh large = loose_tree(scene);
+    Faults faults;
+    faults.edit_properties = [&](VkPhysicalDeviceProperties& p) {
+        const std::size_t leaves = (small.leaves.size() + large.leaves.size()) / 2;
+        p.limits.maxTexelBufferElements = static_cast<std::uint32_t>(4 * kLeafVec4s * leaves);
+    };
+    faults.counts = [](std::string_view name) { return name == "vkCreateBufferView"; };
+    const FaultyLoader loader(faults);
+    const std::unique_ptr<Backend> device = gpu::make_vulkan_backend({}, {.loader = loader.get()});
+    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
+    const auto expect_equal = [&](bool reads_texels) {
+        EXPECT_EQ(image_hashes(*device, view(60, 40, kRaysAo)),
+                  image_hashes(*cpu, view(60, 40, kRaysAo)));
+        EXPECT_EQ(faults.call_count > 0, reads_texels);
+        faults.call_count = 0;
+    };
+    for (Backend* backend : {device.get(), cpu.get()}) set_scene(*backend, scene, small);
+    expect_equal(true);
+    for (Backend* backend : {device.get(), cpu.get()}) backend->set_frame(scene.positions(), large);
+    expect_equal(false);
+    for (Backend* backend : {device.get(), cpu.get()}) {
+        backend->edit_tree([&](Bvh& tree) {
+            tree = small;
+            return true;
+        });
+    }
+    expect_equal(true);
+    for (Backend* backend : {device.get(), cpu.get()}) backend->refit(swayed(scene, 1));
+    EXPECT_EQ(image_hashes(*device, view(60, 40, kRaysAo)),
+              image_hashes(*cpu, view(60, 40, kRaysAo)));
 }
 
 }  // namespace

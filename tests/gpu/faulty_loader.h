@@ -40,6 +40,19 @@ struct Faults {
     std::string failed_name;
 };
 
+/// The limits that every device of Vulkan has at least, as far as the backend reads them.
+inline void set_least_limits(VkPhysicalDeviceProperties& properties) {
+    VkPhysicalDeviceLimits& limits = properties.limits;
+    limits.maxTexelBufferElements = 1u << 16;
+    limits.maxStorageBufferRange = 1u << 27;
+    limits.maxPushConstantsSize = 128;
+    limits.maxPerStageDescriptorStorageBuffers = 4;
+    limits.maxDescriptorSetStorageBuffers = 24;
+    limits.maxComputeWorkGroupCount[0] = 65535;
+    limits.maxComputeWorkGroupInvocations = 128;
+    limits.maxComputeWorkGroupSize[0] = 128;
+}
+
 /// Applies `faults` to calls during its lifetime. There can be one at a time.
 class FaultyLoader {
 public:

@@ -10,6 +10,7 @@
 #include "common/image/frame.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/late_boxes.h"
 #include "tests/support/query_answers.h"
@@ -65,6 +66,9 @@ TEST(OnePicture, ImagesEqualBruteForceHoweverTheyAreDividedAndCopied) {
     using enum gpu::BufferKind;
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     const std::vector<NamedScene> scenes = some_scenes();
+    Faults least_limits;
+    least_limits.edit_properties = set_least_limits;
+    const FaultyLoader least(least_limits);
     for (const auto& [tuning, width, height] :
          std::initializer_list<std::tuple<gpu::Tuning, std::uint32_t, std::uint32_t>>{
              {{.buffer_kind = kTexels}, 77, 53},
@@ -74,7 +78,8 @@ TEST(OnePicture, ImagesEqualBruteForceHoweverTheyAreDividedAndCopied) {
              {{.step_budget = 1, .resume_slots = 128}, 31, 23},
              {{.step_budget = 60, .buffer_kind = kTexels}, 61, 43},
              {{.step_budget = 60, .buffer_kind = kStorage}, 61, 43},
-             {{.force_staging = true}, 61, 43}}) {
+             {{.force_staging = true}, 61, 43},
+             {{.loader = least.get()}, 61, 43}}) {
         const std::unique_ptr<Backend> vulkan = validated_device(tuning);
         for (const NamedScene& named : scenes) {
             expect_same_images(*brute, *vulkan, named.name, named.scene, loose_tree(named.scene),
