@@ -28,8 +28,9 @@ SceneSize size_of(std::uint64_t vertices, std::uint64_t triangles, const Bvh& bv
 
 BackendInfo info_of(const DeviceInfo& device) {
     return {"vulkan",
-            fmt::format("{}, {}, Vulkan {}.{}", device.name, device.driver, device.api_major,
-                        device.api_minor),
+            fmt::format("{}, {}, Vulkan {}.{}{}", device.name, device.driver, device.api_major,
+                        device.api_minor,
+                        device.promises_floats ? "" : ", rounding tested and not promised"),
             device.type == "cpu", false, 0.002};
 }
 

@@ -17,7 +17,9 @@ Json json_of(const morphray::VulkanDeviceInfo& device,
     json["subgroup_size"] = device.subgroup_size;
     json["usable"] = device.unusable.empty();
     json["unusable"] = device.unusable;
-    if (check) json["check"] = {{"passed", check->passed}, {"problem", check->problem}};
+    if (check)
+        json["check"] = {
+            {"passed", check->passed}, {"problem", check->problem}, {"note", check->note}};
     return json;
 }
 
@@ -38,10 +40,14 @@ std::string text_of(const morphray::VulkanDeviceInfo& device,
                     device.api_minor, device.memory_bytes >> 20, device.subgroup_size));
     add("driver", device.driver);
     add("uuid", device.uuid);
+    add("rounding", device.promises_rounding
+                        ? "the driver promises to round as the CPU does"
+                        : "the driver promises nothing, and is tested before it is used");
     add("usable", device.unusable.empty() ? "yes" : "no: " + device.unusable);
     if (check)
-        add("check",
-            check->passed ? "passed, all bits are those of the CPU" : "failed: " + check->problem);
+        add("check", check->passed ? "passed, all bits are those of the CPU" +
+                                         (check->note.empty() ? "" : "; " + check->note)
+                                   : "failed: " + check->problem);
     return text;
 }
 

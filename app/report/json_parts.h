@@ -48,7 +48,8 @@ inline Json of(const morphray::VulkanDeviceInfo& device) {
             {"type", device.type},
             {"driver", device.driver},
             {"api", fmt::format("{}.{}", device.api_major, device.api_minor)},
-            {"uuid", device.uuid}};
+            {"uuid", device.uuid},
+            {"rounding", device.promises_rounding ? "promised" : "tested"}};
 }
 
 }  // namespace mray::app

@@ -134,7 +134,6 @@ std::string describe_1_1(PhysicalDevice& device) {
     const bool is_1_2 = device.info.api_major > 1 || device.info.api_minor >= 2;
     const bool has_driver = is_1_2 || has(VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME);
     const bool has_float_controls = is_1_2 || has(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
-    device.float_controls_is_extension = !is_1_2;
 
     VkPhysicalDeviceFloatControlsProperties floats = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES};
@@ -162,11 +161,9 @@ std::string describe_1_1(PhysicalDevice& device) {
         return "it crashes or gives wrong results with such a width of vectors; unset "
                "LP_NATIVE_VECTOR_WIDTH";
     }
-    if (!has_float_controls) return "it lacks VK_KHR_shader_float_controls";
-    if (floats.shaderRoundingModeRTEFloat32 == VK_FALSE)
-        return "it does not promise to round 32-bit floats to nearest";
-    if (floats.shaderSignedZeroInfNanPreserveFloat32 == VK_FALSE)
-        return "it does not promise to keep signed zeros, infinities and NaNs of 32-bit floats";
+    device.info.promises_floats = floats.shaderRoundingModeRTEFloat32 == VK_TRUE &&
+                                  floats.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE;
+    device.needs_float_controls = device.info.promises_floats && !is_1_2;
     return "";
 }
 
@@ -428,7 +425,7 @@ Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool
         .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = physical_.float_controls_is_extension ? 1u : 0u,
+        .enabledExtensionCount = physical_.needs_float_controls ? 1u : 0u,
         .ppEnabledExtensionNames = &extension};
     check(vkCreateDevice(physical_.handle, &info, nullptr, &handle_), "create the device");
     vkGetDeviceQueue(handle_, physical_.queue_family, 0, &queue_);

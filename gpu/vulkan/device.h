@@ -63,8 +63,9 @@ struct PhysicalDevice {
     VkPhysicalDeviceMemoryProperties memory = {};
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
-    std::uint32_t timestamp_bits = 0;          // 0: no timestamps
-    bool float_controls_is_extension = false;  // as in Vulkan 1.1
+    std::uint32_t timestamp_bits = 0;  // 0: no timestamps
+    /// Whether promises are made by VK_KHR_shader_float_controls, as in Vulkan 1.1.
+    bool needs_float_controls = false;
 };
 
 /// All devices in the loader's order. Throws Error(kUnavailable) if there is none.

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <string>
 
 namespace mray::gpu {
 namespace {
 
 // Numbers of the SPIR-V specification.
+constexpr std::size_t kHeaderWords = 5;
 enum Op : std::uint32_t {
+    kExtension = 10,
+    kExecutionMode = 16,
+    kCapability = 17,
     kTypeImage = 25,
     kTypeSampledImage = 27,
     kTypePointer = 32,
@@ -40,7 +45,6 @@ VkDescriptorType opaque_type(Types& types, std::uint32_t id) {
 }  // namespace
 
 std::vector<SpirvInstruction> read_spirv(std::span<const std::uint32_t> words) {
-    constexpr std::size_t kHeaderWords = 5;
     constexpr std::uint32_t kMagic = 0x07230203;
     if (words.size() < kHeaderWords || words[0] != kMagic) refuse("not a module");
     std::vector<SpirvInstruction> instructions;
@@ -51,6 +55,26 @@ std::vector<SpirvInstruction> read_spirv(std::span<const std::uint32_t> words) {
         at += count;
     }
     return instructions;
+}
+
+std::vector<std::uint32_t> without_float_modes(std::span<const std::uint32_t> words) {
+    const auto is_float_mode = [](const SpirvInstruction& i) {
+        const auto& o = i.operands;
+        if (i.opcode == kExtension) {
+            const char* const name = reinterpret_cast<const char*>(o.data());
+            return std::strcmp(name, "SPV_KHR_float_controls") == 0;
+        }
+        // The modes of that extension, and their capabilities.
+        if (i.opcode == kCapability) return o[0] >= 4464 && o[0] <= 4468;
+        return i.opcode == kExecutionMode && o[1] >= 4459 && o[1] <= 4463;
+    };
+    const std::vector<SpirvInstruction> instructions = read_spirv(words);
+    std::vector<std::uint32_t> kept(words.begin(), words.begin() + kHeaderWords);
+    for (const SpirvInstruction& i : instructions) {
+        if (is_float_mode(i)) continue;
+        kept.insert(kept.end(), i.operands.data() - 1, i.operands.data() + i.operands.size());
+    }
+    return kept;
 }
 
 std::vector<ShaderBinding> shader_bindings(std::span<const std::uint32_t> words) {
@@ -105,6 +129,8 @@ Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
         .pPushConstantRanges = &arguments};
     layout_ = {device.get(), vkCreatePipelineLayout, layout_info, "create a pipeline layout"};
 
+    const std::vector<std::uint32_t> plain = without_float_modes(spirv);
+    if (!device.physical().info.promises_floats) spirv = plain;
     const VkShaderModuleCreateInfo module_info = {
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
         .codeSize = spirv.size_bytes(),

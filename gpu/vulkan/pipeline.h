@@ -34,6 +34,9 @@ struct ShaderBinding {
 /// set 0. Throws Error(kInternal) on any other resource.
 std::vector<ShaderBinding> shader_bindings(std::span<const std::uint32_t> words);
 
+/// The words without the float modes of kernel.glsl, which need a device that promises them.
+std::vector<std::uint32_t> without_float_modes(std::span<const std::uint32_t> words);
+
 /// Bytes of push constants that every device supports.
 inline constexpr std::uint32_t kMostArgumentBytes = 128;
 

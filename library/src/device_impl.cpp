@@ -132,6 +132,68 @@ std::string image_difference(mray::Backend& tested, mray::Backend& reference) {
     return "";
 }
 
+/// Rays to vertices, edges and insides of triangles from vertices and between them, because
+/// rounding matters most where something touches.
+std::vector<mray::Ray> make_rays(std::span<const vec3> positions) {
+    constexpr std::size_t kRays = 2000;
+    std::mt19937 random(2);
+    const auto pick = [&] { return positions[random() % positions.size()]; };
+    std::vector<mray::Ray> rays;
+    for (std::size_t i = 0; i < kRays; ++i) {
+        const vec3 org = i % 2 == 0 ? pick() : mray::snap_point((pick() + pick()) * 0.5f);
+        const vec3* const corner = &positions[random() % (positions.size() / 3) * 3];
+        const vec3 targets[] = {corner[0], (corner[0] + corner[1]) * 0.5f,
+                                (corner[0] + corner[1] + corner[2]) * 0.3f};
+        rays.push_back({org, 0, mray::canonical_direction(targets[i % 3] - org), mray::kInfiniteT});
+    }
+    return rays;
+}
+
+/// The answers to rays, and about the points where they start, as bytes.
+std::string answers_of(mray::Backend& backend, std::span<const mray::Ray> rays) {
+    std::vector<vec3> points;
+    for (const mray::Ray& ray : rays) points.push_back(ray.org);
+    std::string bytes;
+    const auto add = [&](const auto& answers) {
+        bytes.append(reinterpret_cast<const char*>(answers.data()),
+                     answers.size() * sizeof(answers[0]));
+    };
+    std::vector<mray::Hit> hits(rays.size());
+    backend.trace({rays, hits});
+    add(hits);
+    const std::vector<mray::HitCursor> start(rays.size());
+    backend.query(mray::NextQuery{rays, start, mray::Crossing::kOwner, hits});
+    add(hits);
+    std::vector<mray::FloatWinding> windings(rays.size());
+    std::vector<mray::UncertainCrossing> uncertain;
+    backend.query(mray::WindingQuery{points, windings, uncertain});
+    add(windings);
+    std::ranges::sort(uncertain);
+    add(uncertain);
+    std::vector<mray::ClosestTriangle> closest(rays.size());
+    backend.query(mray::ClosestQuery{points, mray::kAnyDistance2, closest});
+    add(closest);
+    return bytes;
+}
+
+/// Whether both backends make the same boxes of triangles that are this point.
+bool refits_alike(mray::Backend& tested, mray::Backend& reference, const vec3& point) {
+    mray::Topology topology;
+    topology.triangles = {{0, 1, 2}};
+    topology.albedo = {0};
+    topology.vertex_count = 3;
+    const std::vector<vec3> positions(3, point);
+    const mray::Bvh bvh = mray::build_bvh(topology, positions);
+    mray::Bvh trees[2];
+    for (int i = 0; i < 2; ++i) {
+        mray::Backend& backend = i == 0 ? tested : reference;
+        backend.set_scene(topology, positions, bvh);
+        backend.refit(positions, mray::RefitExtent::kAll);
+        backend.read_tree(trees[i]);
+    }
+    return same(trees[0].nodes, trees[1].nodes);
+}
+
 }  // namespace
 
 std::string find_difference(mray::Backend& tested, mray::Backend& reference) {
@@ -153,7 +215,15 @@ std::string find_difference(mray::Backend& tested, mray::Backend& reference) {
         if (!same(found.nodes, expected.nodes) || !same(found.leaves, expected.leaves))
             return "refit";
     }
-    return image_difference(tested, reference);
+    const std::string difference = image_difference(tested, reference);
+    if (!difference.empty()) return difference;
+    const std::vector<mray::Ray> rays = make_rays(positions);
+    if (answers_of(tested, rays) != answers_of(reference, rays)) return "answers to queries";
+    return refits_alike(tested, reference, vec3(0.0f, -0.0f, 0.0f)) ? "" : "signs of zeros";
+}
+
+bool flushes_denormals(mray::Backend& tested, mray::Backend& reference) {
+    return !refits_alike(tested, reference, vec3(0x1p-140f));
 }
 
 #ifdef MORPHRAY_HAS_VULKAN
@@ -161,6 +231,8 @@ namespace {
 
 /// Longer than any machine takes for a dispatch of the test, compiling included.
 constexpr std::uint64_t kTimeLimitMs = 20'000;
+/// Rays of the test take more steps than that.
+constexpr std::uint32_t kShortBudget = 200;
 
 /// A result belongs to a device, its driver, and a version of this library.
 std::string key_of(const mray::gpu::DeviceInfo& info) {
@@ -186,7 +258,7 @@ std::optional<DeviceCheck> kept_check(const mray::gpu::DeviceInfo& info) {
     std::string word, problem;
     std::getline(rest, word);
     std::getline(rest, problem);
-    if (word == "passed") return DeviceCheck{.passed = true};
+    if (word == "passed") return DeviceCheck{.passed = true, .note = problem};
     if (problem.empty() || (word != "wrong" && word != "lost")) return std::nullopt;
     return DeviceCheck{false, problem,
                        word == "wrong" ? ErrorCode::unavailable : ErrorCode::device_lost};
@@ -200,7 +272,7 @@ void keep_check(const mray::gpu::DeviceInfo& info, const DeviceCheck& check) {
     if (file.empty()) return;
     try {
         std::filesystem::create_directories(file.parent_path());
-        mray::write_file(file, key_of(info) + word + '\n' + check.problem + '\n');
+        mray::write_file(file, key_of(info) + word + '\n' + check.problem + check.note + '\n');
     } catch (const std::exception&) {
         // Without the file the next process tests again.
     }
@@ -215,12 +287,23 @@ DeviceCheck failure(const mray::gpu::DeviceInfo& info, ErrorCode code, const std
 
 DeviceCheck run_check(const mray::gpu::DeviceInfo& info) {
     try {
+        using enum mray::gpu::BufferKind;
         const auto reference = mray::cpu::make_scalar_backend();
-        const auto tested = mray::gpu::make_vulkan_backend({.device = std::to_string(info.index)},
-                                                           {.submit_timeout_ms = kTimeLimitMs});
-        const std::string difference = find_difference(*tested, *reference);
-        if (difference.empty()) return {.passed = true};
-        return failure(info, ErrorCode::unavailable, difference + " differ from the CPU's bits");
+        std::unique_ptr<mray::Backend> tested;
+        // The second one suspends rays, and has buffers as large scenes may need them.
+        for (const mray::gpu::Tuning& tuning : std::initializer_list<mray::gpu::Tuning>{
+                 {.submit_timeout_ms = kTimeLimitMs},
+                 {.step_budget = kShortBudget,
+                 .buffer_kind = info.prefers_texels ? kStorage : kTexels,
+                 .submit_timeout_ms = kTimeLimitMs}}) {
+            tested = mray::gpu::make_vulkan_backend({.device = std::to_string(info.index)}, tuning);
+            const std::string difference = find_difference(*tested, *reference);
+            if (!difference.empty())
+                return failure(info, ErrorCode::unavailable,
+                               difference + " differ from the CPU's bits");
+        }
+        const bool flushes = flushes_denormals(*tested, *reference);
+        return {.passed = true, .note = flushes ? "denormals become 0, which changes no bit" : ""};
     } catch (const mray::Error& error) {
         if (error.kind() == mray::ErrorKind::kDeviceLost)
             return failure(info, ErrorCode::device_lost, error.what());
@@ -270,7 +353,7 @@ std::vector<VulkanDeviceInfo> vulkan_devices() {
         for (const mray::gpu::DeviceInfo& info : mray::gpu::list_devices()) {
             infos.push_back({info.index, info.name, info.type, info.driver, info.uuid,
                              info.api_major, info.api_minor, info.memory_bytes, info.subgroup_size,
-                             info.unusable});
+                             info.unusable, info.promises_floats});
         }
         return infos;
     });

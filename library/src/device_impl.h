@@ -48,8 +48,12 @@ private:
     std::shared_ptr<mray::gpu::SharedDevice> shared_;
 };
 
-/// Has both backends trace, shade and refit a small scene. Returns what differs first, such as
-/// "closest hits"; empty if all bits are equal. Throws what the backends throw.
+/// Has both backends trace, shade, refit and query a small scene. Returns what differs first, such
+/// as "closest hits"; empty if all bits are equal. Throws what the backends throw.
 std::string find_difference(mray::Backend& tested, mray::Backend& reference);
+
+/// Whether the tested backend takes denormals for 0, unlike the reference. No result depends on
+/// that (docs/design/arithmetic.md, "No denormals").
+bool flushes_denormals(mray::Backend& tested, mray::Backend& reference);
 
 }  // namespace morphray::detail

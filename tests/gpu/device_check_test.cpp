@@ -1,10 +1,12 @@
 // A device proves itself before it is used: wrong and lost ones are found, and results are kept.
 // Scenes of the library on a device that fails.
 #include <gtest/gtest.h>
+#include <xmmintrin.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -23,58 +25,178 @@
 namespace mray::test {
 namespace {
 
-constexpr std::uint32_t kAdd = 129;
-constexpr std::uint32_t kSubtract = 131;
+enum Op : std::uint32_t {
+    kCapability = 17,
+    kTypeFloat = 22,
+    kConvert = 115,
+    kNegate = 127,
+    kAdd = 129,
+    kSubtract = 131,
+    kMultiply = 133,
+};
 
-/// Turns the subtractions of a kernel into sums.
-void break_kernel(std::span<std::uint32_t> words) {
-    for (const gpu::SpirvInstruction& i : gpu::read_spirv(words)) {
-        if (i.opcode != kSubtract) continue;
-        std::uint32_t& head = words[static_cast<std::size_t>(i.operands.data() - words.data()) - 1];
-        head = (head & 0xFFFF0000u) | kAdd;
+/// A kernel as instructions: the words of each.
+class Module {
+public:
+    using Instruction = std::vector<std::uint32_t>;
+
+    explicit Module(std::vector<std::uint32_t>& words) : words_(words) {
+        for (const gpu::SpirvInstruction& i : gpu::read_spirv(words)) {
+            instructions.push_back({i.opcode});
+            instructions.back().insert(instructions.back().end(), i.operands.begin(),
+                                       i.operands.end());
+        }
     }
+    ~Module() {
+        words_.resize(5);
+        for (const Instruction& i : instructions) {
+            words_.push_back(static_cast<std::uint32_t>(i.size()) << 16 | i[0]);
+            words_.insert(words_.end(), i.begin() + 1, i.end());
+        }
+    }
+    Module(const Module&) = delete;
+
+    std::uint32_t new_id() { return words_[3]++; }
+    /// Replaces instructions by those that `replacement` returns, if any.
+    template <class Replacement>
+    void replace(const Replacement& replacement) {
+        std::vector<Instruction> result;
+        for (const Instruction& i : instructions) {
+            std::vector<Instruction> by = replacement(i);
+            if (by.empty()) by = {i};
+            result.insert(result.end(), by.begin(), by.end());
+        }
+        instructions = std::move(result);
+    }
+
+    std::vector<Instruction> instructions;
+
+private:
+    std::vector<std::uint32_t>& words_;
+};
+
+using Instructions = std::vector<Module::Instruction>;
+
+/// Turns subtractions into sums.
+void break_kernel(std::vector<std::uint32_t>& words) {
+    Module module(words);
+    for (Module::Instruction& i : module.instructions)
+        if (i[0] == kSubtract) i[0] = kAdd;
 }
 
-/// What the self-test says of a device with faults; the text of an error where there is one.
-std::string difference(Faults& faults, gpu::BufferKind kind) {
+/// a - b as -(b - a), whose zeros have the other sign.
+void lose_signs_of_zeros(std::vector<std::uint32_t>& words) {
+    Module module(words);
+    module.replace([&](const Module::Instruction& i) -> Instructions {
+        if (i[0] != kSubtract) return {};
+        const std::uint32_t difference = module.new_id();
+        return {{kSubtract, i[1], difference, i[4], i[3]}, {kNegate, i[1], i[2], difference}};
+    });
+}
+
+/// (x + y) + z as x + (y + z).
+void reorder_sums(std::vector<std::uint32_t>& words) {
+    Module module(words);
+    std::map<std::uint32_t, Module::Instruction> sums;
+    for (const Module::Instruction& i : module.instructions)
+        if (i[0] == kAdd) sums[i[2]] = i;
+    module.replace([&](const Module::Instruction& i) -> Instructions {
+        if (i[0] != kAdd || !sums.contains(i[3])) return {};
+        const Module::Instruction& first = sums[i[3]];
+        const std::uint32_t rest = module.new_id();
+        return {{kAdd, i[1], rest, first[4], i[4]}, {kAdd, i[1], i[2], first[3], rest}};
+    });
+}
+
+/// a * b + c in doubles, which round once, as a fused operation does.
+void fuse_products(std::vector<std::uint32_t>& words) {
+    Module module(words);
+    std::map<std::uint32_t, Module::Instruction> products;
+    for (const Module::Instruction& i : module.instructions)
+        if (i[0] == kMultiply) products[i[2]] = i;
+    const std::uint32_t wide = module.new_id();
+    std::uint32_t scalar = 0;
+    module.instructions.insert(module.instructions.begin(), {kCapability, 10});
+    module.replace([&](const Module::Instruction& i) -> Instructions {
+        if (i[0] == kTypeFloat) {
+            scalar = i[1];
+            return {i, {kTypeFloat, wide, 64}};
+        }
+        if (i[0] != kAdd || i[1] != scalar || !products.contains(i[3])) return {};
+        const Module::Instruction& product = products[i[3]];
+        std::uint32_t id[5];
+        for (std::uint32_t& one : id) one = module.new_id();
+        return {{kConvert, wide, id[0], product[3]}, {kConvert, wide, id[1], product[4]},
+                {kConvert, wide, id[2], i[4]},       {kMultiply, wide, id[3], id[0], id[1]},
+                {kAdd, wide, id[4], id[3], id[2]},   {kConvert, scalar, i[2], id[4]}};
+    });
+}
+
+/// What the self-test says of a device with faults. A short budget suspends rays, which takes all
+/// kernels. The threads of a device on the CPU inherit `float_mode`.
+std::string difference(Faults& faults, gpu::BufferKind kind, unsigned float_mode = 0) {
     const FaultyLoader loader(faults);
-    const std::unique_ptr<Backend> tested =
-        gpu::make_vulkan_backend({}, {.buffer_kind = kind, .loader = loader.get()});
+    const unsigned mode_before = _mm_getcsr();
+    _mm_setcsr(mode_before | float_mode);
+    const std::unique_ptr<Backend> tested = gpu::make_vulkan_backend(
+        {}, {.step_budget = 200, .buffer_kind = kind, .loader = loader.get()});
+    _mm_setcsr(mode_before);
     const std::unique_ptr<Backend> reference = cpu::make_scalar_backend();
-    return morphray::detail::find_difference(*tested, *reference);
+    const std::string found = morphray::detail::find_difference(*tested, *reference);
+    if (!found.empty() || !morphray::detail::flushes_denormals(*tested, *reference)) return found;
+    return "denormals";
 }
 
 TEST(DeviceCheck, PassesADeviceWithTheBitsOfTheCpu) {
-    for (const gpu::BufferKind kind : {gpu::BufferKind::kTexels, gpu::BufferKind::kStorage}) {
-        Faults none;
-        EXPECT_EQ(difference(none, kind), "");
-    }
+    Faults none;
+    EXPECT_EQ(difference(none, gpu::BufferKind::kTexels), "");
+    Faults no_promise;
+    no_promise.edit_float_controls = [](auto& f) { f.shaderRoundingModeRTEFloat32 = VK_FALSE; };
+    EXPECT_EQ(difference(no_promise, gpu::BufferKind::kStorage), "");
 }
 
 TEST(DeviceCheck, FindsEachWrongKernel) {
-    // Two threads compile them, in any order; `compact` subtracts nothing.
+    // Two threads compile them, in any order; `compact` and the refit of nodes subtract nothing.
     std::vector<std::vector<std::uint32_t>> kernels;
     Faults listing;
-    listing.edit_kernel = [&](std::span<std::uint32_t> words) {
-        std::vector<std::uint32_t> kernel(words.begin(), words.end());
-        if (std::ranges::find(kernels, kernel) == kernels.end())
-            kernels.push_back(std::move(kernel));
+    listing.edit_kernel = [&](std::vector<std::uint32_t>& words) {
+        if (std::ranges::find(kernels, words) == kernels.end()) kernels.push_back(words);
     };
     EXPECT_EQ(difference(listing, gpu::BufferKind::kTexels), "");
+    EXPECT_EQ(kernels.size(), 11u);
     std::size_t found = 0;
     for (const std::vector<std::uint32_t>& broken : kernels) {
         Faults faults;
         bool changed = false;
-        faults.edit_kernel = [&](std::span<std::uint32_t> words) {
-            if (!std::ranges::equal(words, broken)) return;
+        faults.edit_kernel = [&](std::vector<std::uint32_t>& words) {
+            if (words != broken) return;
             break_kernel(words);
-            changed = !std::ranges::equal(words, broken);
+            changed = words != broken;
         };
         const std::string text = difference(faults, gpu::BufferKind::kTexels);
         EXPECT_EQ(!text.empty(), changed) << found;
         found += changed;
     }
-    EXPECT_GE(found, 4u) << "camera rays, occlusion, shading, refit of leaves";
+    EXPECT_EQ(found, 9u);
+}
+
+TEST(DeviceCheck, FindsFusedAndReorderedOperationsAndLostSignsOfZeros) {
+    using enum gpu::BufferKind;
+    Faults fused, reordered, signs;
+    fused.edit_kernel = fuse_products;
+    EXPECT_EQ(difference(fused, kTexels), "closest hits");
+    reordered.edit_kernel = reorder_sums;
+    EXPECT_EQ(difference(reordered, kStorage), "closest hits");
+    signs.edit_kernel = lose_signs_of_zeros;
+    EXPECT_EQ(difference(signs, kTexels), "signs of zeros");
+}
+
+TEST(DeviceCheck, FindsAnotherRoundingAndFlushedDenormals) {
+    constexpr unsigned kDown = 0x2000, kUp = 0x4000, kToZero = 0x6000, kFlush = 0x8040;
+    Faults none;
+    for (const unsigned mode : {kDown, kUp, kToZero})
+        EXPECT_EQ(difference(none, gpu::BufferKind::kTexels, mode), "closest hits") << mode;
+    EXPECT_EQ(difference(none, gpu::BufferKind::kStorage, kFlush), "denormals");
 }
 
 TEST(DeviceCheck, FindsALostDevice) {

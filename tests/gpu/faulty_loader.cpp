@@ -158,6 +158,7 @@ VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModu
         active()->edit_kernel(words);
     }
     VkShaderModuleCreateInfo edited = *info;
+    edited.codeSize = 4 * words.size();
     edited.pCode = words.data();
     return CreateModule::call(device, &edited, allocator, module);
 }

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/errors.h"
 #include "gpu/shared_device.h"
@@ -33,7 +33,7 @@ struct Faults {
     std::function<void(VkQueueFamilyProperties&)> edit_queue_family;
     bool hide_devices = false;
     /// Changes the words of kernels.
-    std::function<void(std::span<std::uint32_t>)> edit_kernel;
+    std::function<void(std::vector<std::uint32_t>&)> edit_kernel;
 
     /// Out: the number of calls, and the name of the one that failed.
     std::size_t call_count = 0;

@@ -6,6 +6,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
 #include <iterator>
 #include <map>
 #include <set>
@@ -156,15 +159,30 @@ std::vector<Kernel> exact_kernels() {
 
 class ExactKernel : public testing::TestWithParam<Kernel> {};
 
+std::set<std::uint32_t> float_modes(std::span<const std::uint32_t> words) {
+    std::set<std::uint32_t> modes;
+    for (const gpu::SpirvInstruction& i : gpu::read_spirv(words))
+        if (i.opcode == kOpExecutionMode && i.operands.size() == 3 && i.operands[2] == 32)
+            modes.insert(i.operands[1]);
+    return modes;
+}
+
 TEST_P(ExactKernel, RoundsToNearestAndKeepsZerosInfinitiesAndNans) {
     constexpr std::uint32_t kRoundingModeRte = 4462;
     constexpr std::uint32_t kSignedZeroInfNanPreserve = 4461;
-    std::set<std::uint32_t> modes;
-    for (const gpu::SpirvInstruction& i : gpu::read_spirv(GetParam().words))
-        if (i.opcode == kOpExecutionMode && i.operands.size() == 3 && i.operands[2] == 32)
-            modes.insert(i.operands[1]);
-    EXPECT_TRUE(modes.contains(kRoundingModeRte));
-    EXPECT_TRUE(modes.contains(kSignedZeroInfNanPreserve));
+    EXPECT_EQ(float_modes(GetParam().words),
+              (std::set{kRoundingModeRte, kSignedZeroInfNanPreserve}));
+}
+
+TEST_P(ExactKernel, IsAModuleWithoutTheFloatModesToo) {
+    const std::vector<std::uint32_t> plain = gpu::without_float_modes(GetParam().words);
+    EXPECT_TRUE(float_modes(plain).empty());
+    const std::string file = testing::TempDir() + GetParam().name + "_plain.spv";
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(plain.data()),
+               static_cast<std::streamsize>(4 * plain.size()));
+    EXPECT_EQ(std::system((SPIRV_VAL " --target-env vulkan1.1 '" + file + "'").c_str()), 0);
+    std::remove(file.c_str());
 }
 
 TEST_P(ExactKernel, ComputesWithExactOperationsOnly) {

@@ -81,13 +81,17 @@ struct VulkanDeviceInfo {
     std::uint32_t subgroup_size = 0;
     /// Empty if Device::vulkan() can use the device; otherwise what it lacks.
     std::string unusable;
+    /// Whether the driver promises to round as the CPU does. If not, the self-test (DeviceCheck)
+    /// alone shows that results are equal.
+    bool promises_rounding = false;
 };
 
 /// Throws unavailable: not built in, no Vulkan library, no driver, a broken driver.
 MORPHRAY_API std::vector<VulkanDeviceInfo> vulkan_devices();
 
-/// The result of a device's self-test: closest hits, any hits, shading and refit of a small scene,
-/// compared with the CPU's bits.
+/// The result of a device's self-test: hits, shading, refit and queries of a small scene, compared
+/// with the CPU's bits. Rays and points touch vertices and edges, where any other rounding, fused
+/// or reordered operations show.
 struct DeviceCheck {
     bool passed = false;
     /// One line: device, driver, what is wrong, and what to do. Empty if the test was passed.
@@ -95,6 +99,8 @@ struct DeviceCheck {
     /// What Device::vulkan() throws: unavailable for wrong results, device_lost for a device that
     /// is lost or does not answer.
     ErrorCode code = ErrorCode::unavailable;
+    /// What a device that passed does otherwise without changing a result; mostly empty.
+    std::string note = {};
 };
 
 /// Tests the device that VulkanOptions::device names, in this process. A dispatch that takes longer
