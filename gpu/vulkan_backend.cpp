@@ -78,8 +78,8 @@ public:
         require_scene();
         finish_refit();
         const Stopwatch watch;
-        if (!holds(bvh)) return set_scene(*topology_, *pose_, bvh);
         is_behind_ = true;
+        if (!holds(bvh)) return set_scene(*topology_, *pose_, bvh);
         scene_.set_positions(transfer_, pose_->positions());
         take_tree(bvh);
         is_behind_ = false;
