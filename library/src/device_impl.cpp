@@ -182,13 +182,13 @@ bool refits_alike(mray::Backend& tested, mray::Backend& reference, const vec3& p
     topology.triangles = {{0, 1, 2}};
     topology.albedo = {0};
     topology.vertex_count = 3;
-    const std::vector<vec3> positions(3, point);
-    const mray::Bvh bvh = mray::build_bvh(topology, positions);
+    const mray::Pose pose(std::vector<vec3>(3, point));
+    const mray::Bvh bvh = mray::build_bvh(topology, pose.positions());
     mray::Bvh trees[2];
     for (int i = 0; i < 2; ++i) {
         mray::Backend& backend = i == 0 ? tested : reference;
-        backend.set_scene(topology, positions, bvh);
-        backend.refit(positions, mray::RefitExtent::kAll);
+        backend.set_scene(topology, pose, bvh);
+        backend.refit(mray::RefitExtent::kAll);
         backend.read_tree(trees[i]);
     }
     return same(trees[0].nodes, trees[1].nodes);

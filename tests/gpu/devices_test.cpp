@@ -403,9 +403,10 @@ TEST(SmallDevice, TakesBuffersOfAnotherKindForATreeThatTexelsDoNotHold) {
         EXPECT_EQ(faults.call_count > 0, reads_texels);
         faults.call_count = 0;
     };
-    for (Backend* backend : {device.get(), cpu.get()}) set_scene(*backend, scene, small);
+    MovingScene on_device(*device, scene, small);
+    MovingScene on_cpu(*cpu, scene, small);
     expect_equal(true);
-    for (Backend* backend : {device.get(), cpu.get()}) backend->set_frame(scene.positions(), large);
+    for (Backend* backend : {device.get(), cpu.get()}) backend->set_tree(large);
     expect_equal(false);
     for (Backend* backend : {device.get(), cpu.get()}) {
         backend->edit_tree([&](Bvh& tree) {
@@ -414,7 +415,7 @@ TEST(SmallDevice, TakesBuffersOfAnotherKindForATreeThatTexelsDoNotHold) {
         });
     }
     expect_equal(true);
-    for (Backend* backend : {device.get(), cpu.get()}) backend->refit(swayed(scene, 1));
+    for (MovingScene* moving : {&on_device, &on_cpu}) moving->refit(swayed(scene, 1));
     EXPECT_EQ(image_hashes(*device, view(60, 40, kRaysAo)),
               image_hashes(*cpu, view(60, 40, kRaysAo)));
 }
