@@ -64,6 +64,28 @@ struct RayBatch {
     std::span<std::uint8_t> occluded = {};
 };
 
+/// The traced camera rays of the pixels [x0, x1) x [y0, y1) of a view.
+struct TracedTile {
+    std::size_t view;
+    std::uint32_t x0, y0, x1, y1;
+    /// Those of pixel (x0, y0), if wanted; the next row is `stride` elements further on.
+    const Hit* hits = nullptr;
+    const std::uint32_t* pixels = nullptr;
+    std::size_t stride = 0;
+};
+
+/// Views of one size with camera rays alone.
+struct ViewBatch {
+    /// Of each view, but for its camera.
+    ImageParams params;
+    std::span<const Camera> cameras;
+    bool with_hits = true;
+    bool with_pixels = false;
+    /// Takes tiles, which are valid until it returns: one at a time in the threads that trace, or
+    /// many in the calling thread.
+    std::function<void(std::span<const TracedTile>)> take;
+};
+
 /// A backend holds one scene at a time: topology and pose, which it borrows, and a BVH of its own.
 /// Not thread-safe; it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit
 /// (before any work), kDeviceLost. A set_scene() that throws may have dropped the scene: then
@@ -104,6 +126,8 @@ public:
     /// Throws Error(kCancelled) soon after the watch of watch_images() asks for it; the frame then
     /// has any pixels.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
+    /// Traces all views together. Throws as trace_image(), after some tiles have been taken.
+    virtual void trace_views(const ViewBatch& views) = 0;
     void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Answers rays. A small batch is traced in the calling thread, if threads may call.
     virtual void trace(const RayBatch& batch) = 0;

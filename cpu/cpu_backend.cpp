@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -101,7 +102,7 @@ public:
         resize_watched(frame.pixels, frame.with_pixels ? pixels : 0, caller);
         const Stopwatch watch;
         const ShadedMesh mesh{topology_, pose_->positions()};
-        const ImageTiles tiles = tiles_for(params);
+        const ImageTiles tiles = tiles_for(params, 1);
         std::atomic<std::uint64_t> secondary = 0;
         arena_->execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
@@ -112,6 +113,25 @@ public:
         });
         times_.trace_ms = watch.ms();
         times_.rays = pixels + secondary;
+    }
+
+    void trace_views(const ViewBatch& views) override {
+        const Watch& caller = image_watch();
+        const Stopwatch watch;
+        const ShadedMesh mesh{topology_, planner_.pose().positions()};
+        const ImageTiles tiles = tiles_for(views.params, views.cameras.size());
+        const std::size_t count = tiles.count() * views.cameras.size();
+        arena_->execute([&] {
+            tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+                caller.throw_if_cancelled();
+                trace_tile_of(views, i / tiles.count(),
+                              tiles[static_cast<std::uint32_t>(i % tiles.count())], mesh);
+                caller.advance(1.0 / static_cast<double>(count));
+            });
+        });
+        times_.trace_ms = watch.ms();
+        times_.rays =
+            std::uint64_t{views.params.width} * views.params.height * views.cameras.size();
     }
 
     void trace(const RayBatch& batch) override {
@@ -139,12 +159,39 @@ public:
 
 private:
     /// The largest that packets are made of, but where these are few for the threads.
-    ImageTiles tiles_for(const ImageParams& params) const {
-        constexpr std::uint32_t kTilesAThread = 4;
+    ImageTiles tiles_for(const ImageParams& params, std::size_t views) const {
+        constexpr std::size_t kTilesAThread = 4;
         const ImageTiles tiles(params.width, params.height, kCameraSide);
-        if (tiles.count() >= kTilesAThread * static_cast<std::uint32_t>(arena_->threads()))
+        if (views * tiles.count() >= kTilesAThread * static_cast<std::size_t>(arena_->threads()))
             return tiles;
         return {params.width, params.height, kCameraSide / 2};
+    }
+
+    /// Hands a tile over whose hits are still in the caches.
+    void trace_tile_of(const ViewBatch& views, std::size_t view, const Tile& tile,
+                       const ShadedMesh& mesh) {
+        ImageParams params = views.params;
+        params.camera = views.cameras[view];
+        Frame& frame = view_frames_.local();
+        TracedTile traced{view, tile.x0, tile.y0, tile.x1, tile.y1};
+        if (views.with_pixels) {
+            const std::size_t pixels = std::size_t{params.width} * params.height;
+            frame.hits.resize(pixels);
+            frame.occlusion.resize(pixels);
+            frame.pixels.resize(pixels);
+            tracers_.image->trace_tile(mesh, params, tile, frame, image_watch());
+            const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
+            traced.hits = &frame.hits[first];
+            traced.pixels = &frame.pixels[first];
+            traced.stride = params.width;
+        } else {
+            frame.hits.resize(kCameraSide * kCameraSide);
+            tracers_.image->intersect_camera(params, tile, frame.hits.data(), kCameraSide,
+                                             image_watch());
+            traced.hits = frame.hits.data();
+            traced.stride = kCameraSide;
+        }
+        views.take({&traced, 1});
     }
 
     SimdTarget target_;
@@ -155,6 +202,8 @@ private:
     Bvh bvh_;
     std::optional<BlockLeaves> block_leaves_;
     Tracers tracers_;
+    /// Of a thread: the hits of a tile, or a view's, if it has pixels.
+    tbb::enumerable_thread_specific<Frame> view_frames_;
     BackendTimes times_;
 };
 

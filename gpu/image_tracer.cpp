@@ -67,12 +67,18 @@ private:
     std::uint32_t rows_ = 1;
 };
 
+/// The elements of `buffer`, or of its copy for the host.
+template <class T>
+const T* seen_by_host(const Buffer& buffer, const Buffer& copy) {
+    const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
+    return reinterpret_cast<const T*>(seen.mapped().data());
+}
+
 /// Copies the rows of a region, which are in `buffer` or its copy for the host, to the image.
 template <class T, class Allocator>
 void copy_rows(const Buffer& buffer, const Buffer& copy, const RegionArguments& region,
                std::uint32_t image_width, std::vector<T, Allocator>& to) {
-    const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
-    const T* const rows = reinterpret_cast<const T*>(seen.mapped().data());
+    const T* const rows = seen_by_host<T>(buffer, copy);
     for (std::uint32_t y = 0; y < region.height; ++y) {
         std::copy_n(rows + std::size_t{y} * region.width, region.width,
                     to.data() + std::size_t{region.y + y} * image_width + region.x);
@@ -81,12 +87,8 @@ void copy_rows(const Buffer& buffer, const Buffer& copy, const RegionArguments& 
 
 }  // namespace
 
-void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times,
-                        const Watch& watch) {
-    with_pixels_ = frame.with_pixels;
-    with_hits_ = frame.with_hits;
-    samples_ = rays_per_hit(params.rays, params.ao_count);
-    // The kernels that every image of this kind needs, the fastest to compile first.
+/// Prepares the kernels that every image of this kind needs, the fastest to compile first.
+void ImageTracer::prepare_kernels(const Watch& watch) {
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
     needed.push_back(&kernels_.primary);
@@ -95,6 +97,14 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
         needed.push_back(&kernels_.occlusion);
     }
     kernels_.prepare(needed, watch);
+}
+
+void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times,
+                        const Watch& watch) {
+    with_pixels_ = frame.with_pixels;
+    with_hits_ = frame.with_hits;
+    samples_ = rays_per_hit(params.rays, params.ao_count);
+    prepare_kernels(watch);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
@@ -116,6 +126,82 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
         watch.advance(double{1} * region.width * region.height / static_cast<double>(pixel_count));
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
+}
+
+void ImageTracer::trace_views(const ViewBatch& views, BackendTimes& times, const Watch& watch) {
+    with_pixels_ = views.with_pixels;
+    with_hits_ = views.with_hits;
+    samples_ = 0;
+    prepare_kernels(watch);
+    const std::size_t pixel_count = std::size_t{views.params.width} * views.params.height;
+    times.rays = pixel_count * views.cameras.size();
+    times.trace_ms = times.secondary_ms = times.shade_ms = 0;
+    const RayBuffers& b = *passes_.buffers();
+    const Hit* const hits = seen_by_host<Hit>(b.hits.buffer, b.hits_copy);
+    const auto* const pixels = seen_by_host<std::uint32_t>(b.pixels, b.pixels_copy);
+    const auto wanted_tiles = [&] {
+        const std::uint32_t most = passes_.size().tiles;
+        return watch.can_cancel() ? tiles_pace_.next(most) : most;
+    };
+    std::uint32_t most_tiles = wanted_tiles();
+    std::vector<RegionArguments> regions;
+    std::vector<TracedTile> traced;
+    std::uint32_t tiles = 0;
+    std::uint32_t first = 0;
+    const auto submit = [&] {
+        watch.throw_if_cancelled();
+        const Stopwatch clock;
+        times.trace_ms += trace_regions(regions, first);
+        tiles_pace_.took(tiles, clock.ms());
+        most_tiles = wanted_tiles();
+        views.take(traced);
+        watch.advance(double{1} * first / static_cast<double>(times.rays));
+        regions.clear();
+        traced.clear();
+        tiles = first = 0;
+    };
+    for (std::size_t view = 0; view < views.cameras.size(); ++view) {
+        ImageParams params = views.params;
+        params.camera = views.cameras[view];
+        for (Regions rest(params); rest.has_next();) {
+            RegionArguments region = rest.next(most_tiles);
+            if (tiles + region.tile_count > most_tiles) submit();
+            tiles += region.tile_count;
+            region.first = first;
+            regions.push_back(region);
+            // Bands that threads can share.
+            const std::uint32_t end = region.y + region.height;
+            for (std::uint32_t y = region.y; y < end; y += 64) {
+                const std::uint32_t y1 = std::min(y + 64, end);
+                traced.push_back({view, region.x, y, region.x + region.width, y1, hits + first,
+                                  pixels + first, region.width});
+                first += region.width * (y1 - y);
+            }
+        }
+    }
+    if (tiles != 0) submit();
+}
+
+/// Traces regions with `count` pixels together. Returns milliseconds.
+double ImageTracer::trace_regions(std::span<const RegionArguments> regions, std::uint32_t count) {
+    const auto shade_and_copy = [&](VkCommandBuffer commands) {
+        for (const RegionArguments& region : regions)
+            if (with_pixels_) shade(commands, region);
+        passes_.copy_results(commands, count, with_hits_, false, with_pixels_);
+    };
+    const double device_ms = context_.submit("trace views", [&](VkCommandBuffer commands) {
+        passes_.begin(commands);
+        for (const RegionArguments& region : regions)
+            kernels_.primary.dispatch(commands, region, region.tile_count);
+        // Writer: camera rays; reader: shading.
+        barrier(commands);
+        shade_and_copy(commands);
+        passes_.end(commands);
+    });
+    const std::uint32_t suspended = passes_.header("trace views").suspended_count;
+    if (suspended == 0) return device_ms;
+    const double resume_ms = passes_.resume(false, suspended);
+    return device_ms + resume_ms + context_.submit("shade views", shade_and_copy);
 }
 
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 
 #include "common/backend.h"
 #include "gpu/kernels.h"
@@ -41,7 +42,12 @@ public:
     /// A watch can cancel between submissions, which then take tens of milliseconds.
     void trace(const ImageParams& params, Frame& frame, BackendTimes& times, const Watch& watch);
 
+    /// Traces as many views as fit in one submission, and hands them over.
+    void trace_views(const ViewBatch& views, BackendTimes& times, const Watch& watch);
+
 private:
+    void prepare_kernels(const Watch& watch);
+    double trace_regions(std::span<const RegionArguments> regions, std::uint32_t count);
     void trace_region(const RegionArguments& region, BackendTimes& times, const Watch& watch);
     void separate(VkCommandBuffer commands);
     void record_secondary(VkCommandBuffer commands, const RegionArguments& region,

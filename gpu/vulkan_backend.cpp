@@ -138,6 +138,12 @@ public:
         images_.trace(params, frame, times_, image_watch());
     }
 
+    void trace_views(const ViewBatch& views) override {
+        prepare_rays();
+        const RayPasses::Use use = use_ray_buffers();
+        images_.trace_views(views, times_, image_watch());
+    }
+
     /// Any hits are closest hits: no kernel ends at the first hit of any ray.
     void trace(const RayBatch& batch) override {
         const std::span<const Ray> rays = batch.rays;

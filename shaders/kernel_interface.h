@@ -115,6 +115,8 @@ struct RegionArguments {
     uint tile_count;
     /// For `shade`: tiles are 2^tile_bits pixels wide.
     uint tile_bits;
+    /// For `primary` and `shade`: the index of the first answer.
+    uint first;
 };
 
 /// Push constants of `occlusion`. Rays are numbered in the order of the list of visible pixels that

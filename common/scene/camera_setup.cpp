@@ -94,6 +94,39 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
     return camera;
 }
 
+/// Throws Error(kBadInput) for a matrix that is no rotation, and for impossible intrinsics.
+void check_pinhole(const ViewSpec& view, const Pinhole& pinhole) {
+    constexpr double kMostError = 1e-3;
+    const auto& [right, down, forward, org, fx, fy, cx, cy] = pinhole;
+    double error = glm::length(glm::cross(right, down) - forward);
+    for (const dvec3& axis : {right, down, forward})
+        error = std::max(error, std::abs(glm::length(axis) - 1));
+    // False for NaN, too.
+    require(error <= kMostError, ErrorKind::kBadInput,
+            "the axes of a camera, such as ({}, {}, {}), are not those of a rotation; give unit "
+            "vectors at right angles, right-handed",
+            right.x, right.y, right.z);
+    const double slope = std::max({std::abs(cx / fx), std::abs((view.width - cx) / fx),
+                                   std::abs(cy / fy), std::abs((view.height - cy) / fy)});
+    require(fx > 0 && fy > 0 && std::isfinite(fx + fy + cx + cy) && slope <= kMaxSlope,
+            ErrorKind::kBadInput,
+            "focal lengths ({}, {}) and a principal point ({}, {}) are impossible for an image of "
+            "{} x {} pixels; give positive and finite lengths, in pixels",
+            fx, fy, cx, cy, view.width, view.height);
+}
+
+/// In doubles, of which each is rounded once: as docs/guide/sensors.md shows it in numpy.
+Camera make_pinhole_camera(const Pinhole& pinhole, const vec3& org) {
+    const dvec3 du = pinhole.right / pinhole.fx;
+    const dvec3 dv = pinhole.down / pinhole.fy;
+    Camera camera = {};
+    camera.org = org;
+    camera.corner = to_direction((pinhole.forward - pinhole.cx * du) - pinhole.cy * dv);
+    camera.du = to_direction(du);
+    camera.dv = to_direction(dv);
+    return camera;
+}
+
 // Where the eye is, seen from the target, unless it is given: in front, to the right, above.
 const dvec3 kDefaultSide(0.45, 0.4, 1);
 // The image is larger than the scene in it by this factor.
@@ -264,11 +297,15 @@ ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
     check_size(view);
     const ResolvedView resolved = resolve_view(view, bounds);
     check_view(view, resolved);
-    const Axes axes = checked_axes(view, resolved);
     const vec3 org = space.point_to_scene(to_dvec3(resolved.eye), "the eye");
 
     ImageParams params = {};
-    params.camera = make_camera(view, axes, org);
+    if (view.pinhole) {
+        check_pinhole(view, *view.pinhole);
+        params.camera = make_pinhole_camera(*view.pinhole, org);
+    } else {
+        params.camera = make_camera(view, checked_axes(view, resolved), org);
+    }
     params.light = space.point_to_scene(to_dvec3(resolved.light), "the light");
     params.ao_tfar = static_cast<float>(
         std::clamp(space.length_to_scene(resolved.ao_distance), 0x1p-100, double(kInfiniteT)));
@@ -292,20 +329,25 @@ std::vector<Ray> camera_rays(const ImageParams& params) {
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
     const SceneBox scene = scene_box(bounds);
     dvec3 target = view.target ? to_dvec3(*view.target) : scene.centre;
+    dvec3 up = to_dvec3(view.up);
     dvec3 eye;
-    if (view.eye) {
+    if (view.pinhole) {
+        eye = view.pinhole->org;
+        target = eye + view.pinhole->forward;
+        up = -view.pinhole->down;
+    } else if (view.eye) {
         eye = to_dvec3(*view.eye);
         if (!view.target && eye == target) target.z -= scene.radius();
     } else {
         const dvec3 from = direction_of(kDefaultSide);
-        const Axes axes = axes_of(-from, to_dvec3(view.up));
+        const Axes axes = axes_of(-from, up);
         const HalfSlopes slopes = framing_slopes(view);
         if (!view.target) target = framing_target(slopes, axes, scene);
         eye = target + framing_distance(slopes, axes, kLeastDepth * scene.radius(),
                                         corners_of(scene), target, 1) *
                            from;
     }
-    const Axes axes = axes_of(direction_of(target - eye), to_dvec3(view.up));
+    const Axes axes = axes_of(direction_of(target - eye), up);
     const dvec3 light = view.light ? to_dvec3(*view.light) : default_light(eye, axes, scene);
     const double ao_distance = view.ao_distance == 0 ? scene.radius() / 2 : view.ao_distance;
     return {to_point(eye), to_point(target), to_point(light), ao_distance};

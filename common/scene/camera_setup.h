@@ -26,6 +26,22 @@ inline Point to_point(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 inline constexpr std::uint32_t kMaxImageSide = 65536;
 inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 
+/// A calibrated camera in world space. A point at org + x * right + y * down + z * forward is seen
+/// (fx * x / z + cx, fy * y / z + cy) pixels from the upper left corner of the image.
+struct Pinhole {
+    glm::dvec3 right = {0, 0, 0};
+    glm::dvec3 down = {0, 0, 0};
+    glm::dvec3 forward = {0, 0, 0};
+    /// In floats, as the origin of a ray. (g++ 12 drops the rounding of doubles that stay doubles.)
+    vec3 org = {0, 0, 0};
+    double fx = 0;
+    double fy = 0;
+    double cx = 0;
+    double cy = 0;
+
+    bool operator==(const Pinhole&) const = default;
+};
+
 /// A view in world space. With the defaults the bounds of the whole animation span the image from
 /// edge to edge with 2 % to spare, from the front (+z) right and above, lit from above the eye's
 /// left. A given target stays in the middle of the image.
@@ -35,6 +51,8 @@ struct ViewSpec {
     Point up = {0, 1, 0};
     /// Vertical, in degrees.
     double fov = 45;
+    /// Takes the place of eye, target, up and fov.
+    std::optional<Pinhole> pinhole = {};
     std::optional<Point> light = {};
     std::uint32_t width = 1024;
     std::uint32_t height = 1024;

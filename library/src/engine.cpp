@@ -37,10 +37,24 @@ mray::ViewSpec to_spec(const View& view, const Point& origin) {
         for (std::size_t axis = 0; point && axis < 3; ++axis) (*point)[axis] -= origin[axis];
         return point;
     };
+    std::optional<mray::Pinhole> pinhole;
+    if (view.pinhole) {
+        const auto& [to_world, fx, fy, cx, cy] = *view.pinhole;
+        pinhole = {.fx = fx, .fy = fy, .cx = cx, .cy = cy};
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::array<double, 4>& row = to_world[static_cast<std::size_t>(axis)];
+            pinhole->right[axis] = row[0];
+            pinhole->down[axis] = row[1];
+            pinhole->forward[axis] = row[2];
+            pinhole->org[axis] =
+                static_cast<float>(row[3] - origin[static_cast<std::size_t>(axis)]);
+        }
+    }
     return {.eye = less_origin(view.eye),
             .target = less_origin(view.target),
             .up = view.up,
             .fov = view.fov,
+            .pinhole = pinhole,
             .light = less_origin(view.light),
             .width = view.width,
             .height = view.height,

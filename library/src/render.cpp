@@ -514,7 +514,131 @@ void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray
     });
 }
 
+// ---- Stacks
+
+/// Makes the channels of a stack. Threads may share it.
+class StackChannels {
+public:
+    StackChannels(const SceneImpl& scene, const mray::ViewBatch& views, const ImageStack& stack)
+        : scene_(scene), views_(views), stack_(stack) {}
+
+    bool need_hits() const { return has_depths_ || has_triangles_ || !stack_.uv.empty(); }
+
+    void fill(const mray::TracedTile& tile) const {
+        const auto [width, height] = std::pair(views_.params.width, views_.params.height);
+        const std::size_t columns = tile.x1 - tile.x0;
+        for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
+            const std::size_t from = (y - tile.y0) * tile.stride;
+            const std::size_t to = (tile.view * height + y) * width + tile.x0;
+            if (views_.with_pixels) std::copy_n(tile.pixels + from, columns, &stack_.shaded[to]);
+            if (!views_.with_hits) continue;
+            const std::span<const mray::Hit> hits(tile.hits + from, columns);
+            if (has_depths_) fill_depths(views_.cameras[tile.view], tile.x0, y, hits, to);
+            if (has_triangles_) fill_triangles(hits, to);
+            for (std::size_t i = 0; i < columns && !stack_.uv.empty(); ++i)
+                stack_.uv[to + i] = {hits[i].u, hits[i].v};
+        }
+    }
+
+private:
+    void fill_depths(const mray::Camera& camera, std::uint32_t x, std::uint32_t y,
+                     std::span<const mray::Hit> hits, std::size_t to) const {
+        for (const mray::Hit& hit : hits) {
+            float depth = std::numeric_limits<float>::infinity();
+            if (hit.prim_id != mray::kNoPrim)
+                depth = mray::world_depth(camera, scene_.pose().space(), hit.t, x, y);
+            if (!stack_.depth.empty()) stack_.depth[to] = depth;
+            if (!stack_.distance.empty()) {
+                const mray::dvec3 dir(mray::camera_direction(camera, x, y));
+                stack_.distance[to] = static_cast<float>(depth * std::sqrt(glm::dot(dir, dir)));
+            }
+            ++x;
+            ++to;
+        }
+    }
+
+    void fill_triangles(std::span<const mray::Hit> hits, std::size_t to) const {
+        // Neighbours often have one triangle.
+        std::uint32_t prim = mray::kNoPrim;
+        Hit triangle;
+        mray::vec3 normal(0, 0, 0);
+        for (const mray::Hit& hit : hits) {
+            if (hit.prim_id != prim) {
+                prim = hit.prim_id;
+                const bool is_hit = prim != mray::kNoPrim;
+                triangle = is_hit ? scene_.meshes().locate(0, 0, 0, prim) : Hit{};
+                normal = is_hit && !stack_.normal.empty() ? flat_normal(scene_, prim)
+                                                          : mray::vec3(0, 0, 0);
+            }
+            if (!stack_.geom_id.empty()) stack_.geom_id[to] = triangle.geom_id;
+            if (!stack_.prim_id.empty()) stack_.prim_id[to] = triangle.prim_id;
+            if (!stack_.normal.empty()) stack_.normal[to] = {normal.x, normal.y, normal.z};
+            ++to;
+        }
+    }
+
+    const SceneImpl& scene_;
+    const mray::ViewBatch& views_;
+    const ImageStack& stack_;
+    bool has_depths_ = !stack_.depth.empty() || !stack_.distance.empty();
+    bool has_triangles_ =
+        !stack_.geom_id.empty() || !stack_.prim_id.empty() || !stack_.normal.empty();
+};
+
+/// Throws Error unless the views are of one size and kind, and each array has that size or none.
+void check_stack(std::span<const View> views, const ImageStack& stack) {
+    for (const View& view : views) {
+        const View& first = views.front();
+        if (view.width != first.width || view.height != first.height)
+            throw_bad_argument("views of {} x {} and of {} x {} pixels; a stack has one size",
+                               first.width, first.height, view.width, view.height);
+        if (view.shading != Shading::plain || view.rays != Rays::primary || view.samples != 1)
+            throw_bad_argument(
+                "a stack is of views with Shading::plain, Rays::primary and one sample");
+    }
+    const std::size_t pixels =
+        views.empty() ? 0 : views.size() * views.front().width * views.front().height;
+    for (const std::size_t size :
+         {stack.depth.size(), stack.distance.size(), stack.geom_id.size(), stack.prim_id.size(),
+          stack.normal.size(), stack.uv.size(), stack.shaded.size()}) {
+        if (size != 0 && size != pixels)
+            throw_bad_argument("an array of ImageStack has {} elements for {} pixels", size,
+                               pixels);
+    }
+}
+
 }  // namespace
+
+void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
+    check_stack(views, stack);
+    stack.ray_count = 0;
+    stack.trace_ms = 0;
+    std::vector<mray::Camera> cameras;
+    mray::ViewBatch batch;
+    for (const View& view : views) {
+        batch.params = mray::make_image_params(engine::to_spec(view, scene.options().origin),
+                                               scene.pose().bounds(), scene.pose().space());
+        cameras.push_back(batch.params.camera);
+    }
+    batch.cameras = cameras;
+    batch.with_pixels = !stack.shaded.empty();
+    const StackChannels channels(scene, batch, stack);
+    batch.with_hits = channels.need_hits();
+    if (!batch.with_hits && !batch.with_pixels) return;
+    batch.take = [&](std::span<const mray::TracedTile> tiles) {
+        if (tiles.size() == 1) return channels.fill(tiles.front());
+        scene.arena().execute([&] {
+            tbb::parallel_for(std::size_t{0}, tiles.size(),
+                              [&](std::size_t i) { channels.fill(tiles[i]); });
+        });
+    };
+    const std::scoped_lock lock(scene.mutex());
+    scene.tracer().watch_images(mray::Watch(views.front().cancel, views.front().progress));
+    scene.tracer().trace_views(batch);
+    stack.ray_count = scene.tracer().finish().rays;
+    stack.trace_ms = scene.tracer().finish().trace_ms;
+    scene.cost.add(stack.trace_ms, stack.ray_count);
+}
 
 void render(SceneImpl& scene, const View& view, Image& image) {
     TracedImage traced = scene.image_memory.take();

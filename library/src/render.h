@@ -43,5 +43,6 @@ private:
 
 /// Renders a view at the pose. Throws as Scene::render().
 void render(SceneImpl& scene, const View& view, Image& image);
+void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack);
 
 }  // namespace morphray::detail

@@ -330,6 +330,10 @@ Image Scene::render(const View& view) const {
 void Scene::render(const View& view, Image& image) const {
     with_scene(impl_, [&](SceneImpl& scene) { detail::render(scene, view, image); });
 }
+void Scene::render(std::span<const View> views, ImageStack& stack) const {
+    with_scene(impl_, [&](SceneImpl& scene) { detail::render(scene, views, stack); });
+}
+
 TreeStatistics Scene::tree_statistics() const {
     return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
         const std::scoped_lock lock(scene.mutex());

@@ -93,6 +93,9 @@ private:
     std::optional<EdgeCounts> edge_counts_;
 };
 
+/// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
+mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim);
+
 /// Throws Error for a scene that has been moved from.
 inline SceneImpl& require(const std::unique_ptr<SceneImpl>& impl) {
     if (impl == nullptr) throw_bad_argument("this scene has been moved from");

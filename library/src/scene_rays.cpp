@@ -483,19 +483,6 @@ float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, in
     return is_hit && scene.space().to_world_t(world, hit.t, t_exponent) == world_t ? hit.t : t;
 }
 
-/// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
-mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim) {
-    const mray::uvec3 corners = scene.meshes().topology().triangles[prim];
-    const auto at = [&](std::uint32_t corner) {
-        return glm::dvec3(scene.pose().positions()[corner]);
-    };
-    const glm::dvec3 normal =
-        glm::cross(at(corners.y) - at(corners.x), at(corners.z) - at(corners.x));
-    const double length = glm::length(normal);
-    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
-    return mray::vec3(normal / length);
-}
-
 /// The normals of the corners of the triangle, interpolated; `flat` where they are not smooth.
 mray::vec3 smooth_normal_at(const mray::VertexNormals& smooth, std::uint32_t prim, const Hit& hit,
                             mray::vec3 flat) {
@@ -510,6 +497,18 @@ mray::vec3 smooth_normal_at(const mray::VertexNormals& smooth, std::uint32_t pri
 }
 
 }  // namespace
+
+mray::vec3 detail::flat_normal(const SceneImpl& scene, std::uint32_t prim) {
+    const mray::uvec3 corners = scene.meshes().topology().triangles[prim];
+    const auto at = [&](std::uint32_t corner) {
+        return glm::dvec3(scene.pose().positions()[corner]);
+    };
+    const glm::dvec3 normal =
+        glm::cross(at(corners.y) - at(corners.x), at(corners.z) - at(corners.x));
+    const double length = glm::length(normal);
+    if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
+    return mray::vec3(normal / length);
+}
 
 void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
                       const QueryOptions& options) const {

@@ -20,6 +20,7 @@ void main() {
     ImageParams params = args.params;
     uvec2 origin = uvec2(args.x, args.y);
     uvec2 size = uvec2(args.width, args.height);
+    uint first_answer = args.first;
     // The four pixels of 8 lanes lie in a row of 32. Tiles keep their order, since the work is the
     // same everywhere and each thread of a CPU then reads memory in sequence.
     uint tile = gl_WorkGroupID.x;
@@ -39,7 +40,7 @@ void main() {
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         uvec2 pixel = first + uvec2(8u * i, 0u);
         is_within[i] = pixel.x < size.x && pixel.y < size.y;
-        index[i] = is_within[i] ? pixel.y * size.x + pixel.x : 0u;
+        index[i] = is_within[i] ? first_answer + pixel.y * size.x + pixel.x : 0u;
         at[i] = origin + pixel;
         hits[i] = hit_from(AT4(found_hits, index[i]));
         is_hit[i] = is_within[i] && hits[i].prim_id != kNoPrim;

@@ -11,7 +11,7 @@ layout(std430, binding = kBindHits) writeonly buffer Hits { Hit hits[]; };
 void main() {
     uvec2 pixel = tile_pixel(args.tile_count, args.tile_columns);
     if (pixel.x >= args.width || pixel.y >= args.height) return;
-    uint index = pixel.y * args.width + pixel.x;
+    uint index = args.first + pixel.y * args.width + pixel.x;
     Ray ray = camera_ray(args.params.camera, args.x + pixel.x, args.y + pixel.y);
     Traversal t = begin_traversal(ray);
     traverse(t, ray, false);

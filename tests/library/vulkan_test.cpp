@@ -8,6 +8,7 @@
 
 #include "tests/library/answers.h"
 #include "tests/library/holed_scene.h"
+#include "tests/library/image_stacks.h"
 #include "tests/support/run_together.h"
 
 namespace mray::test {
@@ -67,6 +68,24 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     }
     scene.render({.width = 8, .height = 8});
     EXPECT_GT(scene.last_update().refit_ms, 0);
+}
+
+TEST(LibraryOnVulkan, StacksHaveTheBitsOfSingleImages) {
+    UserMesh mesh(torus(40, 24));
+    Scene scene = Scene::build(mesh.view(), vulkan());
+    expect_stack_of_images(scene, mixed_views(3, 64, 64));
+    grow(mesh, 1.1f);
+    scene.update();
+    expect_stack_of_images(scene, mixed_views(4, 45, 31));
+    // Views of more than a submission, alone and together.
+    expect_stack_of_images(scene, mixed_views(2, 700, 520));
+    const std::vector<morphray::View> views = mixed_views(70, 70, 60);
+    std::vector<float> depths(70 * 70 * 60), expected(depths.size());
+    morphray::ImageStack stack{.depth = depths};
+    scene.render(views, stack);
+    stack = {.depth = expected};
+    scene.on(Device::cpu()).render(views, stack);
+    EXPECT_EQ(depths, expected);
 }
 
 TEST(LibraryOnVulkan, MeshesComeAndGoAsOnTheCpu) {

@@ -322,7 +322,8 @@ TEST(SharedLayout, ArgumentsAgree) {
               (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
                        OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
                        OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
-                       OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, tile_bits)}));
+                       OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, tile_bits),
+                       OFFSET(RegionArguments, first)}));
     EXPECT_EQ(
         in_kernel("OcclusionArguments"),
         (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),

@@ -41,6 +41,24 @@ constexpr std::uint32_t sample_side(std::uint32_t samples) {
     return side;
 }
 
+/// A calibrated camera, with OpenCV's axes: x right, y down, z forward. A point (x, y, z) in its
+/// space is seen (fx * x / z + cx, fy * y / z + cy) pixels from the upper left corner of the image,
+/// where the centre of the first pixel is (0.5, 0.5). OpenCV counts from that centre: add 0.5 to
+/// its principal point.
+///
+/// The rays of pixels are those of docs/guide/sensors.md, for which Scene::intersect() has the same
+/// bits if the camera is nearer than 500 sizes of the scene.
+struct Pinhole {
+    /// A rotation and a translation, row by row: from the camera's space to the caller's
+    /// coordinates. The columns are the axes of the camera and its place.
+    std::array<std::array<double, 4>, 3> to_world = {};
+    /// In pixels.
+    double fx = 0;
+    double fy = 0;
+    double cx = 0;
+    double cy = 0;
+};
+
 /// A pinhole camera and a light, in the caller's coordinates. What is not given is chosen so that
 /// the bounds of the scene fill the image.
 struct View {
@@ -49,6 +67,8 @@ struct View {
     Point up = {0, 1, 0};
     /// Vertical, in degrees, between 0 and 180.
     double fov = 45;
+    /// Takes the place of eye, target, up and fov; `up` stays that of the sky.
+    std::optional<Pinhole> pinhole = {};
     /// Things that are lower than 1/46000 of the way to the light cast no shadow, so a sun is best
     /// put some tens of sizes of the scene away.
     std::optional<Point> light = {};
@@ -121,6 +141,29 @@ struct Image {
     /// false.
     std::uint64_t hits_hash = 0;
     std::uint64_t image_hash = 0;
+};
+
+/// The caller's arrays for the pixels of views of one size: view after view, row by row from the
+/// top. Scene::render() fills those that have room for all pixels; the others are empty.
+struct ImageStack {
+    /// Along the viewing direction, as t of Image::hits; infinite without a hit.
+    std::span<float> depth = {};
+    /// Along the ray: depth * |dir| (Pinhole), in doubles, rounded once to a float. |dir| is the
+    /// root of (x * x + y * y) + z * z.
+    std::span<float> distance = {};
+    /// kNoGeometry and kNoPrim without a hit.
+    std::span<std::uint32_t> geom_id = {};
+    std::span<std::uint32_t> prim_id = {};
+    /// As by Scene::normals(), not smooth; 0 without a hit.
+    std::span<Vec3> normal = {};
+    /// Hit::u and v; 0 without a hit.
+    std::span<std::array<float, 2>> uv = {};
+    /// As Image::pixels.
+    std::span<std::uint32_t> shaded = {};
+
+    /// Set by render(), as in Image. The CPU's trace_ms includes the making of all channels.
+    std::uint64_t ray_count = 0;
+    double trace_ms = 0;
 };
 
 /// Writes a PNG file: as a whole, or not at all. Throws output if it cannot be written, and

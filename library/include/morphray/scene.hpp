@@ -22,6 +22,7 @@ namespace morphray {
 // morphray/images.hpp.
 struct View;
 struct Image;
+struct ImageStack;
 
 namespace detail {
 class SceneImpl;
@@ -322,6 +323,17 @@ public:
     /// takes longer than tracing. Not two calls with one image at the same time. If it throws,
     /// `image` is a valid image, but of nothing in particular.
     void render(const View& view, Image& image) const;
+
+    /// Renders views of one size together into the channels that `stack` has arrays for. Nothing
+    /// else is made, or copied from a device. A call is one submission of up to 2^21 rays (2^18 on
+    /// lavapipe); with View::cancel it is divided if it takes more than some tens of milliseconds.
+    /// Each pixel has the bits of the view's own image. View::cancel and progress of the first view
+    /// count. Without views nothing happens. Throws what render() of each view does; bad_argument
+    /// for different sizes, several samples, other Rays than primary, other Shading than plain, and
+    /// arrays of another size. The arrays then have any values.
+    ///
+    /// Memory: a CPU device keeps 64 KiB a thread, or 24 bytes a pixel of a view if it has shaded.
+    void render(std::span<const View> views, ImageStack& stack) const;
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
     /// pose. Afterwards both go their own ways. It has the same options, but `cancel` takes the
