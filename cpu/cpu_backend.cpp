@@ -118,7 +118,7 @@ public:
     void trace_views(const ViewBatch& views) override {
         const Watch& caller = image_watch();
         const Stopwatch watch;
-        const ShadedMesh mesh{topology_, planner_.pose().positions()};
+        const ShadedMesh mesh{topology_, pose_->positions()};
         const ImageTiles tiles = tiles_for(views.params, views.cameras.size());
         const std::size_t count = tiles.count() * views.cameras.size();
         arena_->execute([&] {

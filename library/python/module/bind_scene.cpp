@@ -127,6 +127,47 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
     return image;
 }
 
+/// A row of `cameras` has to_world, fx, fy, cx and cy of a Pinhole, or eye, target and up. `arrays`
+/// has one for each channel, of the right size (morphray/__init__.py).
+void render_views(PyScene& scene, const py::array_t<double, py::array::c_style>& cameras,
+                  double fov, const std::pair<std::uint32_t, std::uint32_t>& size,
+                  const py::dict& arrays, Cancel* cancel) {
+    if (cameras.size() == 0) return;
+    std::vector<View> views;
+    for (py::ssize_t i = 0; i < cameras.shape(0); ++i) {
+        View& view =
+            views.emplace_back(View{.fov = fov, .width = size.first, .height = size.second});
+        const double* const row = cameras.data(i);
+        if (cameras.shape(1) == 9) {
+            view.eye = {row[0], row[1], row[2]};
+            view.target = {row[3], row[4], row[5]};
+            view.up = {row[6], row[7], row[8]};
+        } else {
+            view.pinhole = {{}, row[12], row[13], row[14], row[15]};
+            std::copy_n(row, 12, view.pinhole->to_world.front().data());
+        }
+    }
+    const std::size_t pixels = views.size() * size.first * size.second;
+    ImageStack stack;
+    const auto set = [&](const char* name, auto& channel) {
+        using Element = typename std::remove_reference_t<decltype(channel)>::element_type;
+        if (!arrays.contains(name)) return;
+        py::array array = arrays[name];
+        channel = {static_cast<Element*>(array.mutable_data()), pixels};
+    };
+    set("depth", stack.depth);
+    set("distance", stack.distance);
+    set("geom_id", stack.geom_id);
+    set("prim_id", stack.prim_id);
+    set("normal", stack.normal);
+    set("uv", stack.uv);
+    set("shaded", stack.shaded);
+    scene.query(pixels, cancel, [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
+        views.front().cancel = cancelled;
+        rendered.render(views, stack);
+    });
+}
+
 /// A function that returns what a member of Scene returns.
 template <class Result>
 auto reading(Result (Scene::*member)() const) {
@@ -451,6 +492,7 @@ Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
              arg("ao_count") = View{}.ao_count, arg("ao_distance") = View{}.ao_distance,
              arg("shading") = "plain", arg("samples") = View{}.samples, arg("flat") = View{}.flat,
              arg("cancel") = py::none())
+        .def("_render_views", &render_views)
         .def(
             "on",
             [](PyScene& scene, const py::object& device) { return scene.on(device_of(device)); },

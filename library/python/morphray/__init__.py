@@ -43,6 +43,7 @@ from ._morphray import (
     simd_targets,
     vulkan_devices,
 )
+from . import _views as _views
 
 __all__ = ["DIGEST", "INVALID_ID", "AllHits", "Cancel", "Comparison", "Device", "EdgeCounts", "Error", "Image",
            "LeftOut", "Mesh", "Scene", "Textures", "TreeStatistics", "Update", "VulkanDeviceInfo",

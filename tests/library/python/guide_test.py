@@ -1,4 +1,4 @@
-"""The programs of docs/guide/python.md run."""
+"""The programs of docs/guide/python.md and sensors.md run."""
 
 import pathlib
 import re
@@ -7,13 +7,14 @@ import sys
 
 import pytest
 
-PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs/guide/python.md"
-PROGRAMS = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.S)
+GUIDE = pathlib.Path(__file__).resolve().parents[3] / "docs/guide"
+PROGRAMS = re.findall(r"```python\n(.*?)```", (GUIDE / "python.md").read_text() +
+                      (GUIDE / "sensors.md").read_text(), re.S)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=[
-    "first ray", "deforming loop", "all hits", "insides and distances", "Open3D", "trimesh",
-    "two scenes"])
+    "first ray", "deforming loop", "all hits", "insides and distances", "many views", "Open3D",
+    "trimesh", "two scenes", "cameras"])
 def test_program_runs(program, tmp_path):
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True,
                           text=True)
