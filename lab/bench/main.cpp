@@ -11,6 +11,8 @@
 #include <optional>
 #include <utility>
 
+#include <glm/geometric.hpp>
+
 #include "common/base/thread_arena.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/frame_times.h"
@@ -247,17 +249,38 @@ std::vector<morphray::Ray> to_user(const std::vector<Ray>& rays) {
     return result;
 }
 
+/// The scene behind the public interface.
+morphray::Scene user_scene(const Rig& rig, const BenchScene& scene) {
+    return morphray::Scene::build({.positions = morphray::packed(to_user(scene.positions)),
+                                   .triangles = {&scene.topology().triangles.data()->x,
+                                                 3 * scene.topology().triangles.size()}},
+                                  morphray::Device::cpu({.threads = rig.arena.threads()}),
+                                  {.bounds = kBounds, .update = morphray::Refit{}});
+}
+
+/// The view of an image's parameters.
+morphray::View pinhole_view(const ImageParams& params) {
+    const Camera& camera = params.camera;
+    const double fx = 1 / glm::length(dvec3(camera.du));
+    const double fy = 1 / glm::length(dvec3(camera.dv));
+    const dvec3 right = fx * dvec3(camera.du);
+    const dvec3 down = fy * dvec3(camera.dv);
+    const dvec3 columns[] = {right, down, glm::cross(right, down), dvec3(camera.org)};
+    morphray::Pinhole pinhole{{},
+                              fx,
+                              fy,
+                              -fx * glm::dot(dvec3(camera.corner), right),
+                              -fy * glm::dot(dvec3(camera.corner), down)};
+    for (int row = 0; row < 3; ++row)
+        for (int k = 0; k < 4; ++k) pinhole.to_world[row][k] = columns[k][row];
+    return {.pinhole = pinhole, .width = params.width, .height = params.height};
+}
+
 /// The same scene behind the public interface and as the peers have it.
 class Queries {
 public:
     Queries(const Rig& rig, const BenchScene& scene)
-        : rig_(rig),
-          cgal_(make_cgal_peer(scene)),
-          ours_(morphray::Scene::build({.positions = morphray::packed(to_user(scene.positions)),
-                                        .triangles = {&scene.topology().triangles.data()->x,
-                                                      3 * scene.topology().triangles.size()}},
-                                       morphray::Device::cpu({.threads = rig.arena.threads()}),
-                                       {.bounds = kBounds, .update = morphray::Refit{}})) {
+        : rig_(rig), cgal_(make_cgal_peer(scene)), ours_(user_scene(rig, scene)) {
         const std::size_t count = std::size_t{scene.params.width} * scene.params.height;
         for (const bool robust : {true, false}) {
             for (const EmbreeDevice& device : rig.devices)
@@ -487,6 +510,37 @@ void bench_frame(const Rig& rig, const BenchScene& scene, const RaySet& primary)
     rig.report.compare({"frame", Unit::kMs}, methods, played.poses.size(), rig.repeat);
 }
 
+/// Renders the image as 256 views in one call of the public interface, against the same call with
+/// the whole image for one view, and against an image with hits and colours.
+void bench_views(const Rig& rig, const BenchScene& scene) {
+    constexpr std::uint32_t kSide = 16;
+    const morphray::Scene ours = user_scene(rig, scene);
+    const morphray::View whole = pinhole_view(scene.params);
+    std::vector<morphray::View> views(kSide * kSide, whole);
+    for (std::uint32_t i = 0; i < views.size(); ++i) {
+        morphray::View& view = views[i];
+        view.width /= kSide;
+        view.height /= kSide;
+        view.pinhole->cx -= i % kSide * view.width;
+        view.pinhole->cy -= i / kSide * view.height;
+    }
+    const std::size_t pixels = std::size_t{whole.width} * whole.height;
+    std::vector<float> depths(pixels);
+    std::vector<std::uint32_t> prim_ids(pixels);
+    morphray::ImageStack stack{.depth = depths, .prim_id = prim_ids};
+    morphray::Image image;
+    const std::vector<Method> methods = {
+        {"256 views", {}, timing([&] { ours.render(views, stack); })},
+        {"one view",
+         {},
+         timing([&] {
+             ours.render({&whole, 1}, stack);
+         }),
+         "view"},
+        {"image", {}, timing([&] { ours.render(whole, image); }), "image"}};
+    rig.report.compare({"views", Unit::kMrayPerSecond, pixels}, methods, 1, rig.repeat);
+}
+
 /// Queries by the public interface the closest points, against Embree's point queries and CGAL's
 /// AABB_tree, and counts of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig, const BenchScene& scene) {
@@ -511,6 +565,7 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneRays& rays,
         for (const RaySet& set : traced) bench_trace(rig, scene, embree, set);
     }
     if (options.wants("queries")) bench_queries(rig, scene);
+    if (options.wants("views")) bench_views(rig, scene);
     if (options.wants("frame")) bench_frame(rig, scene, rays.primary());
     if (options.wants("refit")) bench_refit(rig, scene, rays.primary());
     if (options.wants("build")) bench_build(rig, scene, rays.primary());

@@ -12,8 +12,8 @@ namespace mray::lab {
 namespace {
 
 const std::vector<std::string> kTraced = {"primary", "shadow", "diffuse", "ao", "one-ray"};
-const std::vector<std::string> kWorks = {"primary", "shadow", "diffuse", "ao",   "one-ray",
-                                         "refit",   "build",  "queries", "frame"};
+const std::vector<std::string> kWorks = {"primary", "shadow", "diffuse", "ao",    "one-ray",
+                                         "refit",   "build",  "queries", "frame", "views"};
 
 std::string check_size(const std::string& text) {
     return std::stoul(text) % kTileSize == 0 ? "" : fmt::format("not a multiple of {}", kTileSize);

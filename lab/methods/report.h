@@ -54,7 +54,7 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
 enum class Unit { kMrayPerSecond, kNs, kMs };
 
 struct Row {
-    /// primary, shadow, diffuse, ao, one-ray, refit, build or frame, or the name of a query.
+    /// primary, shadow, diffuse, ao, one-ray, refit, build, frame or views, or the name of a query.
     std::string work;
     Unit unit = Unit::kMs;
     /// The number of rays, triangles or queries of a run; unused for kMs.
