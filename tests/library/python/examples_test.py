@@ -1,0 +1,19 @@
+"""The programs of library/examples/ run, with the same bits on every device and thread."""
+
+import pathlib
+import subprocess
+import sys
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[3] / "library/examples"
+
+
+def digest_of(program, *arguments):
+    return subprocess.run([sys.executable, EXAMPLES / program, *arguments], capture_output=True,
+                          text=True, check=True).stdout.split()[0]
+
+
+def test_depth_cameras():
+    small = ["--steps", "3", "--cameras", "5", "--size", "24"]
+    digests = {digest_of("depth_cameras.py", *small, *how) for how in [
+        ["--threads", "1"], ["--threads", "2"], ["--device", "brute"]]}
+    assert len(digests) == 1 and len(digests.pop()) == 32
