@@ -136,8 +136,8 @@ def test_component_python_is_installed_whole(tmp_path):
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "lib" / "python3" / "dist-packages"
     files = {f.name for f in (folder / "morphray").iterdir()}
-    assert {"__init__.py", "_morphray.pyi", "digest.py", "open3d.py", "py.typed", "trimesh.py"} < files
-    assert len(files) == 7
+    assert {"__init__.py", "_morphray.pyi", "_views.py", "digest.py", "open3d.py", "py.typed", "trimesh.py"} < files
+    assert len(files) == 8
     trace = ("import numpy, morphray; print(morphray.__file__); "
              "morphray.Scene([]).intersect(numpy.zeros((1, 6), numpy.float32))")
     used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
