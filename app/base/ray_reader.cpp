@@ -181,7 +181,7 @@ RayFile read_rays(const std::string& file, bool is_binary) {
         if (count != 6 && count < kMostNumbers) lines.fail(fmt::format("{} numbers", count));
         read.rays.push_back({{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]});
         if (count > kMostNumbers) {
-            excluded.geom_id = 0;
+            if (excluded.prim_id != morphray::kNoPrim) excluded.geom_id = 0;
             read.excluded.resize(read.rays.size() - 1);
         }
         if (count > kMostNumbers || !read.excluded.empty()) read.excluded.push_back(excluded);

@@ -270,7 +270,18 @@ public:
     }
     bool sees(std::size_t ray, const Hit& hit) const {
         if (options_.visible && (*options_.visible)[hit.geom_id] == 0) return false;
-        return !options_.excluded || hit.primitive() != (*options_.excluded)[ray];
+        if (!options_.excluded) return true;
+        const Primitive& left_out = (*options_.excluded)[ray];
+        if (left_out.prim_id == kNoPrim) return hit.geom_id != left_out.geom_id;
+        return hit.primitive() != left_out;
+    }
+    /// True if a ray may leave out several triangles.
+    bool hides_meshes() const {
+        const auto is_mesh = [](const Primitive& left_out) {
+            return left_out.prim_id == kNoPrim && left_out.geom_id != kNoGeometry;
+        };
+        return options_.visible ||
+               (options_.excluded && std::ranges::any_of(*options_.excluded, is_mesh));
     }
 
 private:
@@ -284,8 +295,8 @@ void pass_unseen(SceneImpl& scene, const RayFilter& filter, std::span<const Ray>
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < rays.size(); ++i)
         if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
-    // A ray excludes at most one triangle.
-    const std::uint32_t most = !options.visible ? 2 : std::numeric_limits<std::uint32_t>::max();
+    const std::uint32_t most =
+        filter.hides_meshes() ? std::numeric_limits<std::uint32_t>::max() : 2;
     query_tracer(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
         const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
         std::vector<Ray> passing(count);

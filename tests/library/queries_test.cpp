@@ -450,6 +450,30 @@ TEST(VisibleHits, AreTheFirstOfAllHitsThatAreVisible) {
     expect_visible_hits_on(Device::brute_force(), 60);
 }
 
+TEST(VisibleHits, LeaveOutTheMeshThatARayNames) {
+    const UserMesh mesh(star(3, 4));
+    UserMesh turned_over = mesh;
+    for (morphray::Vec3& p : turned_over.points) p = {p.y, -p.x, p.z};
+    const std::vector<morphray::MeshView> meshes = {mesh.view(), turned_over.view(), mesh.view()};
+    const std::vector<Ray> rays = world_rays(mesh, 90, 8);
+    for (const Device& device : {Device::cpu(), Device::brute_force()}) {
+        const Scene scene = Scene::build(meshes, device);
+        std::vector<morphray::Primitive> excluded(rays.size());
+        for (std::uint32_t i = 0; i < rays.size(); ++i)
+            if (i % 4 != 3) excluded[i].geom_id = i % 4;
+        std::vector<morphray::Hit> hits(rays.size());
+        scene.intersect(rays, hits, {.excluded = excluded});
+        const morphray::AllHits all = scene.intersect_all(rays, {}, {.excluded = excluded});
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            std::vector<std::uint8_t> visible(meshes.size(), 1);
+            if (i % 4 != 3) visible[i % 4] = 0;
+            EXPECT_EQ(hits[i], scene.intersect(rays[i], {.visible = visible}));
+            const auto expected = scene.intersect_all({&rays[i], 1}, {}, {.visible = visible});
+            EXPECT_TRUE(std::ranges::equal(all.of_ray(i), expected.hits));
+        }
+    }
+}
+
 TEST(VisibleHits, TakeAFlagForEachGeomId) {
     const UserMesh mesh(star(3, 4));
     Scene scene = Scene::build(std::vector(4, mesh.view()));

@@ -63,7 +63,8 @@ struct QueryOptions {
     /// Nothing: all. Not for points.
     std::optional<std::span<const std::uint8_t>> visible = {};
     /// For each ray the triangle that is as if it were not there, such as that of the hit on which
-    /// the ray starts. Another number of them throws bad_argument. Nothing: none. Not for points.
+    /// the ray starts. With prim_id kNoPrim it is the whole mesh geom_id, such as the body that
+    /// carries a sensor. Another number of them throws bad_argument. Nothing: none. Not for points.
     std::optional<std::span<const Primitive>> excluded = {};
     /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
     /// soon after another thread has made it true: within some milliseconds, or once each thread of

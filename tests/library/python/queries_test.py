@@ -182,6 +182,8 @@ def test_rays_see_some_triangles():
     assert_same_bits(scene.intersect(DOWN, excluded=near), far)
     ids = np.stack([near["geom_id"], near["prim_id"]], axis=-1)
     assert_same_bits(scene.intersect(DOWN, excluded=ids), far)
+    body = np.full((*DOWN.shape[:-1], 2), [0, -1])
+    assert_same_bits(scene.intersect(DOWN, excluded=body), far)
     assert (scene.count(DOWN, excluded=near)[seen] == 1).all()
     assert (scene.intersect_all(DOWN, excluded=near).hits["geom_id"] == 1).all()
     assert not scene.occluded(DOWN, visible=np.zeros(2, bool)).any()
