@@ -45,6 +45,23 @@ mray::PolicySpec spec_of(const UpdatePolicy& policy) {
     return {mray::PolicyKind::kAuto};
 }
 
+mray::Transform rounded(const MeshPose& pose, const mray::Origin& origin) {
+    const auto& rows = pose.transform.rows;
+    const mray::vec3 t = origin.to_world({rows[0][3], rows[1][3], rows[2][3]});
+    const auto row = [&](std::size_t axis) {
+        const auto& m = rows[axis];
+        return mray::vec4(mray::Origin().to_world({m[0], m[1], m[2]}), t[static_cast<int>(axis)]);
+    };
+    const mray::Transform transform{row(0), row(1), row(2)};
+    for (const mray::vec4& r : {transform.x, transform.y, transform.z}) {
+        if (std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.z) && std::isfinite(r.w))
+            continue;
+        throw_bad_argument("the pose of mesh {} has a number that is not finite or beyond floats",
+                           pose.geom_id);
+    }
+    return transform;
+}
+
 const SceneOptions& checked(const SceneOptions& options) {
     check_bounds(options);
     spec_of(options.update);
@@ -156,7 +173,7 @@ Update SceneImpl::update_all(bool takes_bounds) {
 std::vector<MeshVertices> SceneImpl::deforming_vertices() const {
     std::vector<MeshVertices> vertices;
     for (const MeshSlot& mesh : meshes_.slots())
-        if (mesh.used && mesh.deforms) vertices.push_back({&mesh, 0, mesh.positions.count});
+        if (mesh.follows_positions()) vertices.push_back({&mesh, 0, mesh.positions.count});
     return vertices;
 }
 
@@ -176,14 +193,41 @@ Update SceneImpl::update_mesh(std::uint32_t geom_id, std::size_t first, std::siz
     if (first > all || count > all - first)
         throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count, first,
                            all);
-    return run_update([&] { follow(std::vector<MeshVertices>{{&mesh, first, count}}); });
+    return run_update([&] {
+        meshes_.read_rest(geom_id, first, count);
+        follow(std::vector<MeshVertices>{{&mesh, first, count}});
+    });
 }
 
 Update SceneImpl::update_mesh(std::uint32_t geom_id, const Positions& positions) {
     const auto lock = change_lock();
     const MeshSlot& mesh = mesh_to_update(geom_id);
     meshes_.set_positions(geom_id, positions);
-    return run_update([&] { follow(std::vector<MeshVertices>{{&mesh, 0, positions.count}}); });
+    return run_update([&] {
+        meshes_.read_rest(geom_id, 0, positions.count);
+        follow(std::vector<MeshVertices>{{&mesh, 0, positions.count}});
+    });
+}
+
+Update SceneImpl::update_poses(std::span<const MeshPose> poses) {
+    const auto lock = change_lock();
+    std::vector<mray::Transform> transforms;
+    std::vector<MeshVertices> moved;
+    for (const MeshPose& pose : poses) {
+        const MeshSlot& mesh = mesh_to_update(pose.geom_id);
+        moved.push_back({&mesh, 0, mesh.positions.count});
+        transforms.push_back(rounded(pose, pose_.origin()));
+    }
+    // Backends take vertices in ascending order.
+    std::ranges::sort(moved, {}, &MeshVertices::mesh);
+    const auto twice = std::ranges::adjacent_find(moved, {}, &MeshVertices::mesh);
+    if (twice != moved.end())
+        throw_bad_argument("geom_id {} has several poses", twice->mesh - meshes_.slots().data());
+    return run_update([&] {
+        for (std::size_t i = 0; i < poses.size(); ++i)
+            meshes_.set_transform(poses[i].geom_id, transforms[i]);
+        follow(moved);
+    });
 }
 
 void SceneImpl::change_meshes() {
@@ -306,6 +350,14 @@ Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count
 }
 Update Scene::update(std::uint32_t geom_id, const Positions& positions) {
     return with_public_errors([&] { return require(impl_).update_mesh(geom_id, positions); });
+}
+
+Update Scene::update(std::span<const MeshPose> poses) {
+    return with_public_errors([&] { return require(impl_).update_poses(poses); });
+}
+Update Scene::update(std::uint32_t geom_id, const Transform& transform) {
+    const MeshPose pose{geom_id, transform};
+    return update(std::span(&pose, 1));
 }
 
 std::uint32_t Scene::attach(const MeshView& mesh) {

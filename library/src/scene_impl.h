@@ -30,6 +30,7 @@ public:
     Update update_all(bool takes_bounds);
     Update update_mesh(std::uint32_t geom_id, std::size_t first, std::size_t count);
     Update update_mesh(std::uint32_t geom_id, const Positions& positions);
+    Update update_poses(std::span<const MeshPose> poses);
     /// Reads the positions of all deforming meshes, but leaves the tree as it is (engine.h).
     void read_positions() { read(deforming_vertices()); }
 

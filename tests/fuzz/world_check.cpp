@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -6,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "common/interop/transform.h"
 #include "common/scene/exact_crossing.h"
 #include "morphray/morphray.hpp"
 #include "tests/fuzz/judge.h"
@@ -21,6 +23,15 @@ using morphray::Vec3;
 
 // Crossings by exact integers that a case may take: some milliseconds.
 constexpr std::size_t kMostExact = 3000;
+
+/// A turn, a mirror and a shear with a shift.
+constexpr Transform kTransform{
+    {0.6f, -0.8f, 0, 0.1f}, {0.7f, 0.6f, -0.1f, 0}, {0, 0.3f, -1.1f, -0.03f}};
+
+morphray::Transform to_public(const Transform& transform) {
+    const auto row = [](const vec4& r) { return std::array<double, 4>{r.x, r.y, r.z, r.w}; };
+    return {{row(transform.x), row(transform.y), row(transform.z)}};
+}
 
 bool is_finite(const Vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -118,7 +129,11 @@ public:
             world_positions(fuzz_case, static_cast<double>(fuzz_case.build_at));
         built_ = to_world(built);
         std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
-        posed_ = to_world(positions);
+        rest_ = to_world(positions);
+        has_matrix_ = (fuzz_case.triangles.size() + fuzz_case.points.size()) % 2 == 0;
+        if (has_matrix_) {
+            for (vec3& p : positions) p = transform_point(kTransform, p);
+        }
         const std::vector<IndexRange> used =
             used_vertices(fuzz_case.triangles, fuzz_case.poses.front().size());
         const PoseExtent pose(positions, used);
@@ -148,8 +163,12 @@ public:
         // An exploding solver, which comes back.
         for (std::size_t i = 0; i < positions.size(); i += 3) positions[i].y = 1e37f;
         scene.update();
-        positions = posed_;
-        scene.update();
+        positions = rest_;
+        if (has_matrix_) {
+            scene.update(0, to_public(kTransform));
+        } else {
+            scene.update();
+        }
         const Scene brute = Scene::build(morphray::MeshView{morphray::packed(vertices_), indices_},
                                          Device::brute_force({.threads = 1}), options);
         check_points(scene, brute);
@@ -260,8 +279,10 @@ private:
     const FuzzCase& fuzz_case_;
     std::vector<Vec3> points_;
     std::vector<Vec3> built_;
-    /// The pose, and the same with NaN for vertices that are left out.
-    std::vector<Vec3> posed_;
+    /// The pose, to which a matrix moves these positions in some cases.
+    std::vector<Vec3> rest_;
+    bool has_matrix_ = false;
+    /// The pose with NaN for vertices that are left out.
     std::vector<Vec3> vertices_;
     std::vector<std::uint32_t> indices_;
     /// Those of both poses, and the space of the pose.

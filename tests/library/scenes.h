@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -29,6 +31,30 @@ struct UserMesh {
         return {morphray::packed(points), triangles, deforms};
     }
 };
+
+/// A turn about (0, 1, 1), scaled, with the last axis multiplied by `last`, and a shift along x.
+inline morphray::Transform turned(double angle, double last, double shift) {
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    return {{{{c, -s, 0, shift}, {0.8 * s, 0.8 * c, -0.6 * last, 0.1}, {0.6, 0.1, last, -0.2}}}};
+}
+
+/// Moves points as the guide says: the bits of Scene::update(geom_id, transform).
+inline void move(const morphray::Transform& pose, const UserMesh& rest, UserMesh& moved,
+                 const morphray::Point& origin = {}) {
+    for (std::size_t i = 0; i < rest.points.size(); ++i) {
+        const auto [x, y, z] = rest.points[i];
+        float p[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::array<double, 4>& row = pose.rows[axis];
+            const auto m0 = static_cast<float>(row[0]);
+            const auto m1 = static_cast<float>(row[1]);
+            const auto m2 = static_cast<float>(row[2]);
+            p[axis] = ((m0 * x + m1 * y) + m2 * z) + static_cast<float>(row[3] - origin[axis]);
+        }
+        moved.points[i] = {p[0], p[1], p[2]};
+    }
+}
 
 /// Rays of floats in world space: from around and inside a mesh, at its vertices and along axes.
 inline std::vector<morphray::Ray> world_rays(const UserMesh& mesh, std::size_t count,

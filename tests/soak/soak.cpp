@@ -1,8 +1,9 @@
 // soak [--frames N] [--backend cpu|vulkan]: follows small scenes that deform for N frames
 // (1,000,000), under each update policy, round and round, and checks at the end of each tenth what
 // must not change: memory, file descriptors and threads; the bits of the first frame's image; how
-// many trees a round takes, and what they cost against new ones. Prints a row for each tenth; exit
-// code 1 if a check fails.
+// many trees a round takes, and what they cost against new ones. As many steps move 50 bodies by
+// matrices, which come and go; their hits must be those of a new scene. Prints a row for each
+// tenth; exit code 1 if a check fails.
 #include <fmt/format.h>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -164,7 +166,87 @@ private:
     double trees_a_frame_ = 0;
 };
 
+/// Bodies of one shape over a cloth that deforms. Each step moves ten of them by matrices; each
+/// sixteenth replaces one.
+class Bodies {
+public:
+    explicit Bodies(const morphray::Device& device) {
+        const std::unique_ptr<Animation> shape = open_scene("builtin:twist:144");
+        std::vector<vec3> positions(shape->topology().vertex_count);
+        shape->positions(shape->first_frame(), positions);
+        for (const vec3& p : positions) points_.push_back({p.x, p.y, p.z});
+        for (const uvec3& t : shape->topology().triangles)
+            indices_.insert(indices_.end(), {t.x, t.y, t.z});
+        cloth_ = points_;
+        for (std::uint32_t id = 1; id <= kCount; ++id) poses_.push_back({id});
+        scene_ = morphray::Scene::build(views(), device, kOptions);
+    }
+
+    void follow(std::uint64_t steps) {
+        for (std::uint64_t i = 0; i < steps; ++i) step();
+    }
+
+    /// True if the hits of some rays are those of a new scene at these poses.
+    bool is_as_new() const {
+        morphray::Scene fresh =
+            morphray::Scene::build(views(), morphray::Device::brute_force(), kOptions);
+        fresh.update(poses_);
+        std::vector<morphray::Ray> rays;
+        for (int i = 0; i < 400; ++i)
+            rays.push_back(
+                {{0.5f * static_cast<float>(i % 20) - 5, 0.5f * static_cast<float>(i / 20) - 5, 9},
+                 0,
+                 {0, 0, -1}});
+        return morphray::compare(*scene_, fresh, rays).equal();
+    }
+
+private:
+    static constexpr std::uint32_t kCount = 50;
+    static inline const morphray::SceneOptions kOptions{
+        .bounds = morphray::Box{{-8, -8, -8}, {8, 8, 8}},
+        .update = morphray::Auto{.deterministic = true}};
+
+    std::vector<morphray::MeshView> views() const {
+        std::vector<morphray::MeshView> meshes(kCount + 1,
+                                               {morphray::packed(points_), indices_, false});
+        meshes[0] = {morphray::packed(cloth_), indices_};
+        return meshes;
+    }
+
+    void step() {
+        ++steps_;
+        if (steps_ % 16 == 0) {
+            const auto id = static_cast<std::uint32_t>(1 + steps_ / 16 % kCount);
+            scene_->detach(id);
+            scene_->attach({morphray::packed(points_), indices_, false});
+            poses_[id - 1].transform = {};
+        }
+        for (morphray::Vec3& p : cloth_) p.z = -p.z;
+        scene_->update();
+        std::vector<morphray::MeshPose> moved;
+        for (std::uint64_t i = 0; i < 10; ++i) {
+            const auto id = static_cast<std::uint32_t>(1 + (7 * steps_ + 5 * i) % kCount);
+            const double angle = 0.01 * static_cast<double>(steps_ % 6283 + i);
+            const double c = std::cos(angle);
+            const double s = std::sin(angle);
+            morphray::MeshPose& pose = poses_[id - 1];
+            pose.transform = {{{{c, -s, 0, 5 * s}, {s, c, 0, 0.1 * id - 3}, {0, 0, 1, c}}}};
+            moved.push_back(pose);
+        }
+        scene_->update(moved);
+    }
+
+    std::vector<morphray::Vec3> points_;
+    std::vector<morphray::Vec3> cloth_;
+    std::vector<std::uint32_t> indices_;
+    /// Of geom_ids 1 to kCount.
+    std::vector<morphray::MeshPose> poses_;
+    std::optional<morphray::Scene> scene_;
+    std::uint64_t steps_ = 0;
+};
+
 int soak(std::uint64_t frames, const morphray::Device& device) {
+    Bodies bodies(device);
     std::vector<std::unique_ptr<FollowedScene>> followed;
     for (const char* scene : kScenes) {
         for (const char* policy : kPolicies)
@@ -183,6 +265,11 @@ int soak(std::uint64_t frames, const morphray::Device& device) {
                 fmt::print("error: {}: {}\n", scene->name(), problem);
                 code = 1;
             }
+        }
+        bodies.follow(frames / kParts);
+        if (!bodies.is_as_new()) {
+            fmt::print("error: bodies have other hits than a new scene\n");
+            code = 1;
         }
         double trees = 0;
         double ratio = 0;

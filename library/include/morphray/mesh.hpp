@@ -1,6 +1,7 @@
 // The caller's arrays, read in place.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -182,6 +183,18 @@ struct MeshView {
     /// Whether update() reads the positions again. A mesh that does not deform costs nothing there.
     bool deforms = true;
     Appearance appearance = {};
+};
+
+/// An affine map that takes a point p to M p + t: three rows (m0, m1, m2, t). The default is the
+/// identity.
+struct Transform {
+    std::array<std::array<double, 4>, 3> rows = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+};
+
+/// A mesh, and where its rest positions go (Scene::update()).
+struct MeshPose {
+    std::uint32_t geom_id = 0;
+    Transform transform = {};
 };
 
 }  // namespace morphray

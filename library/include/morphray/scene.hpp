@@ -180,8 +180,8 @@ struct EdgeCounts {
 ///
 /// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
 /// triangle for the tree. A mesh that has coordinates below 2^-36 of the bounds, such as 1e-17, or
-/// not finite, takes 12 bytes a vertex more. A background build takes as much again as the tree.
-/// Images keep up to 340 MB for the next one.
+/// not finite, takes 12 bytes a vertex more, and so does one that has a pose. A background build
+/// takes as much again as the tree. Images keep up to 340 MB for the next one.
 class MORPHRAY_API Scene {
 public:
     /// Builds a scene of one mesh, geom_id 0. Time: O(n log n) in the triangles, some 0.1 us a
@@ -200,8 +200,8 @@ public:
     Scene& operator=(const Scene&) = delete;
     ~Scene();
 
-    /// Reads the positions of all deforming meshes again and brings the tree to them. Time: O(n) in
-    /// vertices and triangles of what moved.
+    /// Reads the positions of all deforming meshes without a pose again and brings the tree to
+    /// them. Time: O(n) in vertices and triangles of what moved.
     Update update();
     /// Reads `count` positions of one mesh from `first` on; all others are those of the last
     /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
@@ -211,6 +211,21 @@ public:
     /// in several buffers. Throws bad_argument, which changes nothing, for another number of
     /// positions, positions without data and a stride below 12.
     Update update(std::uint32_t geom_id, const Positions& positions);
+    /// Moves meshes by matrices. The position of a vertex becomes M p + t, where p is its rest
+    /// position: that of the mesh's array, rounded to floats without the origin, at the first pose
+    /// of the mesh. They are copied, 12 bytes a vertex. From then on update() reads no positions of
+    /// this mesh; update(geom_id, ...) reads rest positions, and keeps the pose.
+    ///
+    /// M is rounded to floats, and t less the origin, a difference of doubles, too. Each coordinate
+    /// is ((m0 * x + m1 * y) + m2 * z) + t in floats, each operation rounded, so that callers can
+    /// compute the same bits. M may scale, shear and mirror. A mirror keeps the order of corners:
+    /// normals and windings are then those of a mesh turned inside out.
+    ///
+    /// Throws bad_argument, which changes nothing, for a geom_id that the scene lacks or that comes
+    /// twice, after attach() or detach() without an update(), and for numbers that are not finite
+    /// as floats. Vertices that a matrix moves beyond floats are left out (Update::left_out).
+    Update update(std::span<const MeshPose> poses);
+    Update update(std::uint32_t geom_id, const Transform& transform);
     /// The same as update(), but first replaces the bounds by those of all positions, as build()
     /// does without SceneOptions::bounds. Hits then have the same bits as those of a new scene of
     /// these meshes. The policy decides, as in update(), whether the tree is kept.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
 #include <functional>
 
 #include "library/python/module/module.h"
@@ -212,6 +213,24 @@ std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::st
     const py::array array = array_of(triangles, name, 3);
     require_rows_of_three(array, name, "T");
     return ids_of(array, name, 3, "vertex", false);
+}
+
+std::vector<MeshPose> poses_of(const py::object& poses, const py::object& geom_ids) {
+    const py::array array = array_of(poses, "poses");
+    if (array.ndim() != 3 || array.shape(1) != 3 || array.shape(2) != 4)
+        throw_shape(array, "poses", "(n, 3, 4)");
+    if (array.dtype().kind() != 'f') throw_dtype(array, "poses", "float32 or float64");
+    const auto ids =
+        value_of<std::vector<std::uint32_t>>(geom_ids, "geom_ids: whole numbers, one a pose,");
+    if (static_cast<std::size_t>(array.shape(0)) != ids.size())
+        throw py::value_error(fmt::format("geom_ids: {} for {} poses", ids.size(), array.shape(0)));
+    const py::array_t<double, py::array::c_style | py::array::forcecast> numbers(array);
+    std::vector<MeshPose> result(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        result[i].geom_id = ids[i];
+        std::memcpy(&result[i].transform.rows, numbers.data() + 12 * i, sizeof(Transform));
+    }
+    return result;
 }
 
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name) {

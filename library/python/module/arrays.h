@@ -35,6 +35,10 @@ std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::st
 /// The colours of an array of shape (T,) of uint32, or (T, 3) of uint8. None: no colours.
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name);
 
+/// Poses of an array of shape (n, 3, 4) of numbers, and of n geom_ids. Throws TypeError,
+/// ValueError.
+std::vector<MeshPose> poses_of(const py::object& poses, const py::object& geom_ids);
+
 struct MeshTextures {
     std::vector<std::vector<std::uint32_t>> texels;
     /// Views of `texels`.

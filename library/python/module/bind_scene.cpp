@@ -450,6 +450,25 @@ With geom_id it reads count points of one mesh from first on, or all from there.
             "Borrows other points for a mesh from now on, as many as it has, and reads them.",
             arg("geom_id"), arg("points") = py::none())
         .def(
+            "update",
+            [](PyScene& scene, const py::object& poses, const py::object& geom_ids) {
+                return scene.update(poses_of(poses, geom_ids));
+            },
+            R"(Moves meshes by matrices: a point p becomes M p + t of its rest point p. Returns an Update.
+
+poses:    (n, 3, 4) float32 or float64: [M | t] of each mesh, in the units of the points. M may scale,
+          shear and mirror; a mirror keeps the order of corners, which turns the mesh inside out.
+geom_ids: n whole numbers, each once
+
+The first pose of a mesh copies its points, rounded to float32, as rest points: 12 bytes a point. From then
+on update() leaves the mesh alone; update(geom_id) and update(geom_id, points) read rest points and keep
+the pose. M is rounded to float32, and so is t less origin. Each coordinate is
+((m0 * x + m1 * y) + m2 * z) + t in float32.
+
+Raises Error "bad_argument", which changes nothing, for numbers that are not finite as float32, and for a
+geom_id that is not there or comes twice.)",
+            py::kw_only(), arg("poses"), arg("geom_ids"))
+        .def(
             "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
             "update(), with the bounds of all points from then on, as Scene(...) without bounds.")
         .def(

@@ -234,6 +234,13 @@ Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
     return update;
 }
 
+Update PyScene::update(const std::vector<MeshPose>& poses) {
+    const std::unique_lock lock = change_lock();
+    const Update update = run_change([&] { return scene_->update(poses); });
+    warn_of_points(update);
+    return update;
+}
+
 std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
     const std::unique_lock lock = change_lock();
     const std::uint32_t geom_id = [&] {

@@ -55,6 +55,7 @@ public:
     Update update(bool takes_bounds);
     Update update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count);
     Update update(std::uint32_t geom_id, const py::object& points);
+    Update update(const std::vector<MeshPose>& poses);
     std::uint32_t attach(const BorrowedMesh& mesh);
     void detach(std::uint32_t geom_id);
 

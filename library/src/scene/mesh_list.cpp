@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/interop/shading.h"
+#include "common/scene/scene_space.h"
 #include "common/scene/vertex_normals.h"
 #include "library/src/scene/errors.h"
 
@@ -177,6 +178,21 @@ void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) 
                            mesh.positions.count);
     check(positions);
     mesh.positions = positions;
+}
+
+void MeshList::set_transform(std::uint32_t geom_id, const mray::Transform& transform) {
+    MeshSlot& mesh = slots_[geom_id];
+    const bool is_first = !mesh.transform;
+    mesh.transform = transform;
+    if (is_first) read_rest(geom_id, 0, mesh.positions.count);
+}
+
+void MeshList::read_rest(std::uint32_t geom_id, std::size_t first, std::size_t count) {
+    MeshSlot& mesh = slots_[geom_id];
+    if (!mesh.transform) return;
+    mesh.rest.resize(mesh.positions.count);
+    for (std::size_t i = first; i < first + count; ++i)
+        mesh.rest[i] = mray::Origin().to_world(load(mesh.positions, i));
 }
 
 mray::TopologyChange MeshList::make_changes() {

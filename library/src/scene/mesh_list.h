@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "common/interop/transform.h"
 #include "common/scene/mesh.h"
 #include "common/update/replace_triangles.h"
 #include "cpu/image/texture.h"
@@ -12,11 +13,27 @@
 
 namespace morphray::detail {
 
+/// Position i, which may lie at any address.
+inline glm::dvec3 load(const Positions& positions, std::size_t i) {
+    const auto* const from = static_cast<const std::byte*>(positions.data) + i * positions.stride;
+    if (positions.has_doubles) {
+        glm::dvec3 p;
+        std::memcpy(&p, from, sizeof(p));
+        return p;
+    }
+    mray::vec3 p;
+    std::memcpy(&p, from, sizeof(p));
+    return p;
+}
+
 /// One mesh of the list. Its vertices and triangles are consecutive in the topology.
 struct MeshSlot {
     bool used = false;
     Positions positions;
     bool deforms = true;
+    /// If it is set, vertex i is at transform_point(*transform, rest[i]).
+    std::optional<mray::Transform> transform = {};
+    std::vector<mray::vec3> rest = {};
     /// Whether triangles share the normals of their vertices, or normals with the numbers `smooth`.
     bool is_smooth = false;
     std::shared_ptr<const std::vector<mray::uvec3>> smooth = nullptr;
@@ -31,6 +48,8 @@ struct MeshSlot {
     std::optional<std::uint32_t> vertex_before = {};
 
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
+    /// True if each update reads the positions.
+    bool follows_positions() const { return used && deforms && !transform; }
 
     /// Calls visit(begin, end) for ranges of the used vertices of [begin, end).
     template <class Visit>
@@ -73,6 +92,10 @@ public:
     void detach(std::uint32_t geom_id);
     /// Throws Error, and changes nothing, if the positions do not fit.
     void set_positions(std::uint32_t geom_id, const Positions& positions);
+    /// The first call for a mesh reads its rest positions.
+    void set_transform(std::uint32_t geom_id, const mray::Transform& transform);
+    /// Reads rest positions of a mesh with a transform again.
+    void read_rest(std::uint32_t geom_id, std::size_t first, std::size_t count);
     bool has_changes() const { return !changes_.empty(); }
     /// Makes the collected changes in place, and returns the difference. Too many positions or
     /// triangles together throw Error(limit), after which the list is of no use any more.

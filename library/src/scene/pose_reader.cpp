@@ -17,19 +17,6 @@ using Range = tbb::blocked_range<std::size_t>;
 constexpr std::size_t kGrain = 8192;
 constexpr std::size_t kReadRun = 256;
 
-/// Vertex i, which may lie at any address.
-glm::dvec3 load(const Positions& positions, std::size_t i) {
-    const auto* const from = static_cast<const std::byte*>(positions.data) + i * positions.stride;
-    if (positions.has_doubles) {
-        glm::dvec3 p;
-        std::memcpy(&p, from, sizeof(p));
-        return p;
-    }
-    vec3 p;
-    std::memcpy(&p, from, sizeof(p));
-    return p;
-}
-
 std::vector<glm::dvec3> doubles_of(const Positions& positions) {
     std::vector<glm::dvec3> doubles;
     if (!positions.has_doubles || positions.data == nullptr) return doubles;
@@ -40,17 +27,22 @@ std::vector<glm::dvec3> doubles_of(const Positions& positions) {
 /// Calls `use(first, run)` for runs of up to kReadRun positions, in place if they are packed floats
 /// of world space.
 template <class Use>
-void for_each_run(const Positions& positions, const mray::Origin& origin, std::size_t first,
+void for_each_run(const MeshSlot& mesh, const mray::Origin& origin, std::size_t first,
                   std::size_t end, Use use) {
+    const Positions& positions = mesh.positions;
     const auto* bytes = static_cast<const std::byte*>(positions.data);
-    const bool is_packed = positions.stride == sizeof(vec3) && !positions.has_doubles &&
-                           origin == mray::Origin() &&
+    // By value: floats that are written cannot be those of the matrix.
+    const auto make = [&, transform = mesh.transform, rest = mesh.rest.data()](std::size_t i) {
+        return transform ? mray::transform_point(*transform, rest[i])
+                         : origin.to_world(load(positions, i));
+    };
+    const bool is_packed = !mesh.transform && positions.stride == sizeof(vec3) &&
+                           !positions.has_doubles && origin == mray::Origin() &&
                            reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0;
     vec3 read[kReadRun];
     for (; first < end; first += kReadRun) {
         const std::size_t count = std::min(kReadRun, end - first);
-        for (std::size_t i = 0; i < count && !is_packed; ++i)
-            read[i] = origin.to_world(load(positions, first + i));
+        for (std::size_t i = 0; i < count && !is_packed; ++i) read[i] = make(first + i);
         const vec3* const run = is_packed ? reinterpret_cast<const vec3*>(bytes) + first : read;
         use(first, std::span(run, count));
     }
@@ -107,7 +99,7 @@ void PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& aren
     const MeshSlot& mesh = *range.mesh;
     const auto for_each_read = [&](std::size_t first, std::size_t end, auto use) {
         mesh.for_each_used(first, end, [&](std::size_t from, std::size_t to) {
-            for_each_run(mesh.positions, origin_, from, to, use);
+            for_each_run(mesh, origin_, from, to, use);
         });
     };
     const MadePositions made = for_each_part(
@@ -222,7 +214,7 @@ void PoseReader::read_list(const MeshList& meshes, mray::ThreadArena& arena) {
         const MeshVertices all{&mesh, 0, mesh.vertex_count()};
         if (!mesh.vertex_before) {
             read_of_mesh(all, arena);
-        } else if (mesh.deforms) {
+        } else if (mesh.follows_positions()) {
             kept.push_back(all);
         }
     }
