@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -65,6 +66,19 @@ std::vector<uvec4> with_albedo(const Topology& topology) {
     return texels;
 }
 
+struct BodyRecord {
+    Transform transform;
+    /// Centre and scale.
+    vec4 space;
+    /// The first vertex, the end of its vertices, the first workgroup.
+    uvec4 range;
+};
+static_assert(sizeof(BodyRecord) == 16 * kBodyVec4s);
+
+std::uint32_t groups_of_body(const Body& body) {
+    return (body.end_vertex() - body.first_vertex + kBodyGroupVertices - 1) / kBodyGroupVertices;
+}
+
 /// The leaves of a tree; a single leaf of zeros if there are none, for lanes without a leaf.
 const AlignedVector<Leaf>& leaves_of(const Bvh& bvh) {
     static const AlignedVector<Leaf> kNone(1, Leaf{});
@@ -78,11 +92,18 @@ constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
 // So ranges are few, and gaps between them are filled.
 constexpr std::size_t kMostRanges = 8;
 
-/// Vertices whose positions have to go to the device.
-std::vector<IndexRange> moved_vertices(const Pose& pose, const RefitPlan& plan) {
+/// Vertices that moved, in blocks that are not within a body.
+std::vector<IndexRange> moved_vertices(const Pose& pose, std::span<const Body> bodies) {
     const auto count = static_cast<std::uint32_t>(pose.positions().size());
-    if (plan.all && count > 0) return {{0, count}};
-    std::vector<IndexRange> ranges = covering_ranges(pose.moved_blocks(), kMostRanges);
+    std::vector<std::uint32_t> blocks = pose.moved_blocks();
+    auto body = bodies.begin();
+    std::erase_if(blocks, [&](std::uint32_t block) {
+        const std::uint32_t end = std::min((block + 1) * kMotionBlock, count);
+        while (body != bodies.end() && body->end_vertex() < end) ++body;
+        return body != bodies.end() && body->first_vertex <= block * kMotionBlock;
+    });
+    // Each body parts its neighbours.
+    std::vector<IndexRange> ranges = covering_ranges(blocks, kMostRanges + bodies.size());
     for (IndexRange& range : ranges)
         range = {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, count)};
     return ranges;
@@ -141,7 +162,8 @@ SceneBuffers::SceneBuffers(Device& device, BufferKind kind, Transfer& transfer,
       kind_(kind),
       vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords),
+      positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords,
+                 kind == BufferKind::kTexels ? VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT : 0),
       triangles_(Filler{device, kind, transfer}("triangles", with_albedo(topology), kFourWords)),
       tree_(device, kind, transfer, bvh) {
     set_positions(transfer, positions);
@@ -175,29 +197,83 @@ void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> posit
 Record SceneBuffers::set_positions(std::span<const vec3> positions,
                                    std::span<const IndexRange> ranges) {
     assert(positions.size() == vertex_count_);
-    if (ranges.empty()) return {};
+    std::vector<VertexRun> runs;
+    for (const IndexRange range : ranges)
+        runs.push_back({range.begin, positions.subspan(range.begin, range.end - range.begin)});
+    return set_vertices(positions_.buffer, staged_positions_, runs);
+}
+
+/// As set_positions(), through `staged` if the host does not see the memory of `to`.
+Record SceneBuffers::set_vertices(const Buffer& to, Buffer& staged,
+                                  std::span<const VertexRun> runs) {
+    if (runs.empty()) return {};
     const std::size_t vertex_bytes = bytes_of_vertex(kind_);
-    const bool is_staged = positions_.buffer.mapped().empty();
-    if (is_staged && staged_positions_.get() == VK_NULL_HANDLE) {
-        staged_positions_ =
+    const bool is_staged = to.mapped().empty();
+    if (is_staged && staged.get() == VK_NULL_HANDLE)
+        staged =
             Buffer(*device_, "staged positions", vertex_bytes * vertex_count_, 0, Memory::kHost);
-    }
-    const Buffer& written = is_staged ? staged_positions_ : positions_.buffer;
+    const Buffer& written = is_staged ? staged : to;
     std::vector<VkBufferCopy> copies;
-    for (const IndexRange range : ranges) {
-        const std::size_t count = range.end - range.begin;
-        const VkDeviceSize begin = vertex_bytes * range.begin;
-        const VkDeviceSize size = vertex_bytes * count;
-        write_positions(kind_, positions.subspan(range.begin, count),
-                        written.mapped().subspan(begin, size));
+    for (const auto& [first, positions] : runs) {
+        const VkDeviceSize begin = vertex_bytes * first;
+        const VkDeviceSize size = vertex_bytes * positions.size();
+        write_positions(kind_, positions, written.mapped().subspan(begin, size));
         copies.push_back({.srcOffset = begin, .dstOffset = begin, .size = size});
     }
     if (!is_staged) return {};
     return [copies = std::move(copies), from = written.get(),
-            to = positions_.buffer.get()](VkCommandBuffer commands) {
+            to = to.get()](VkCommandBuffer commands) {
         vkCmdCopyBuffer(commands, from, to, static_cast<std::uint32_t>(copies.size()),
                         copies.data());
         // Writer: the copy; reader: kernels.
+        barrier(commands);
+    };
+}
+
+bool SceneBuffers::set_rest_positions(Transfer& transfer, std::span<const Body> bodies) {
+    bool has_made = false;
+    const auto make = [&](ReadBuffer& buffer, const char* name, std::size_t size) {
+        if (buffer.buffer.get() != VK_NULL_HANDLE && buffer.buffer.size() >= size) return;
+        buffer = ReadBuffer(*device_, kind_, name, size, kFourWords);
+        has_made = true;
+    };
+    if (bodies.empty()) return false;
+    make(rest_positions_, "rest positions", bytes_of_vertex(kind_) * vertex_count_);
+    make(bodies_, "bodies", sizeof(BodyRecord) * bodies.size());
+    std::vector<VertexRun> runs;
+    for (const Body& body : bodies) {
+        std::uint64_t& version = rest_versions_[body.first_vertex];
+        if (version != body.rest_version) runs.push_back({body.first_vertex, body.rest});
+        version = body.rest_version;
+    }
+    Buffer staged;
+    transfer.run(set_vertices(rest_positions_.buffer, staged, runs));
+    return has_made;
+}
+
+Record SceneBuffers::move_bodies(const Kernels& kernels, std::span<const Body> bodies) const {
+    std::vector<BodyRecord> records;
+    std::uint32_t group_count = 0;
+    for (const Body& body : bodies) {
+        const auto centre = [&](int axis) { return static_cast<float>(body.space.centre(axis)); };
+        records.push_back(
+            {body.transform,
+             {centre(0), centre(1), centre(2), std::ldexp(1.0f, body.space.exponent())},
+             {body.first_vertex, body.end_vertex(), group_count, 0}});
+        group_count += groups_of_body(body);
+    }
+    return [records = std::move(records), group_count, to = bodies_.buffer.get(),
+            kernel = &kernels.move_bodies](VkCommandBuffer commands) {
+        // That many bytes fit into a command.
+        constexpr std::size_t kMost = 65536 / sizeof(BodyRecord);
+        for (std::size_t first = 0; first < records.size(); first += kMost) {
+            const std::size_t count = std::min(kMost, records.size() - first);
+            vkCmdUpdateBuffer(commands, to, sizeof(BodyRecord) * first, sizeof(BodyRecord) * count,
+                              &records[first]);
+        }
+        barrier(commands);
+        kernel->dispatch(commands, BodyArguments{static_cast<std::uint32_t>(records.size())},
+                         group_count);
         barrier(commands);
     };
 }
@@ -236,25 +312,45 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     tree_.leaves.bind(bindings, kBindLeafWords, true);
     tree_.quarters.bind(bindings, kBindQuarterWords, true);
     tree_.groups.bind(bindings, kBindGroupWords, true);
+    positions_.bind(bindings, kBindMovedPositions);
+    rest_positions_.bind(bindings, kBindRestPositions);
+    bodies_.bind(bindings, kBindBodies);
+}
+
+PositionUpdate all_positions(const Pose& pose) {
+    const auto count = static_cast<std::uint32_t>(pose.positions().size());
+    if (count == 0) return {};
+    return {.copied = {{0, count}}};
+}
+
+PositionUpdate moved_positions(const Context& context, const Pose& pose) {
+    std::span<const Body> bodies = pose.bodies();
+    std::uint64_t group_count = 0;
+    for (const Body& body : bodies) group_count += groups_of_body(body);
+    if (group_count > context.physical().limits.maxComputeWorkGroupCount[0]) bodies = {};
+    return {moved_vertices(pose, bodies), bodies};
 }
 
 Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
-                   const Pose& pose, const RefitPlan& plan) {
-    Record upload = scene.set_positions(pose.positions(), moved_vertices(pose, plan));
+                   const PositionUpdate& update, const Pose& pose, const RefitPlan& plan) {
+    Record upload = scene.set_positions(pose.positions(), update.copied);
+    Record move;
+    if (!update.bodies.empty()) move = scene.move_bodies(kernels, update.bodies);
     std::vector<RefitDispatch> dispatches = dispatches_of(context, kernels, scene, plan);
-    if (!upload && dispatches.empty()) return {};
-    return
-        [upload = std::move(upload), dispatches = std::move(dispatches)](VkCommandBuffer commands) {
-            if (upload) upload(commands);
-            for (std::size_t i = 0; i < dispatches.size(); ++i) {
-                // Writer: the level below, or leaves of another range, which validation cannot
-                // distinguish; reader: this dispatch.
-                if (i > 0) barrier(commands);
-                const auto& [kernel, arguments] = dispatches[i];
-                kernel->dispatch(commands, arguments,
-                                 (arguments.count + kItemsOfGroup - 1) / kItemsOfGroup);
-            }
-        };
+    if (!upload && !move && dispatches.empty()) return {};
+    return [upload = std::move(upload), move = std::move(move),
+            dispatches = std::move(dispatches)](VkCommandBuffer commands) {
+        if (upload) upload(commands);
+        if (move) move(commands);
+        for (std::size_t i = 0; i < dispatches.size(); ++i) {
+            // Writer: the level below, or leaves of another range, which validation cannot
+            // distinguish; reader: this dispatch.
+            if (i > 0) barrier(commands);
+            const auto& [kernel, arguments] = dispatches[i];
+            kernel->dispatch(commands, arguments,
+                             (arguments.count + kItemsOfGroup - 1) / kItemsOfGroup);
+        }
+    };
 }
 
 }  // namespace mray::gpu

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <vector>
 
 #include "common/bvh/bvh.h"
+#include "common/scene/body.h"
 #include "common/scene/mesh.h"
 #include "common/update/refit_plan.h"
 #include "gpu/kernels.h"
@@ -32,6 +34,11 @@ public:
     /// Sets ranges of the positions. Returns commands that kernels must wait for, or nothing if the
     /// host writes device memory. Call it again only after these have run or were dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
+    /// Uploads the rest positions of bodies that are not there yet. Returns true if it has made
+    /// buffers, so that kernels must be bound again.
+    bool set_rest_positions(Transfer& transfer, std::span<const Body> bodies);
+    /// Returns commands that set the positions of bodies, whose rest positions have been set.
+    Record move_bodies(const Kernels& kernels, std::span<const Body> bodies) const;
     /// Replaces the tree by one over the same triangles, or throws. Kernels must be bound again,
     /// and a refit of all must follow, which makes the boxes of quarters and groups.
     void set_tree(Transfer& transfer, const Bvh& bvh);
@@ -60,6 +67,13 @@ private:
         ReadBuffer repeated_texels;
     };
 
+    /// Positions of vertices first, first + 1, ...
+    struct VertexRun {
+        std::uint32_t first;
+        std::span<const vec3> positions;
+    };
+    Record set_vertices(const Buffer& to, Buffer& staged, std::span<const VertexRun> runs);
+
     Device* device_;
     BufferKind kind_;
     std::uint32_t vertex_count_ = 0;
@@ -67,13 +81,26 @@ private:
     ReadBuffer positions_;
     /// Positions for copies, if the host does not see the device's memory.
     Buffer staged_positions_;
+    /// Made for the first bodies: rest positions, their versions by first vertex, and records.
+    ReadBuffer rest_positions_;
+    std::map<std::uint32_t, std::uint64_t> rest_versions_;
+    ReadBuffer bodies_;
     ReadBuffer triangles_;
     Tree tree_;
 };
 
-/// Sets the positions that the plan needs: moved ones, or all. Returns commands that refit the
-/// present scene by the plan and may write the same bytes to further leaves and nodes, or nothing.
+/// How positions come to the device: ranges are copied, then bodies are moved.
+struct PositionUpdate {
+    std::vector<IndexRange> copied = {};
+    std::span<const Body> bodies = {};
+};
+PositionUpdate all_positions(const Pose& pose);
+/// For a device that has the positions before the last move of the pose.
+PositionUpdate moved_positions(const Context& context, const Pose& pose);
+
+/// Sets positions. Returns commands that refit the present scene by the plan and may write the same
+/// bytes to further leaves and nodes, or nothing.
 Record refit_scene(const Context& context, const Kernels& kernels, SceneBuffers& scene,
-                   const Pose& pose, const RefitPlan& plan);
+                   const PositionUpdate& update, const Pose& pose, const RefitPlan& plan);
 
 }  // namespace mray::gpu

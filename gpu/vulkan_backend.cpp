@@ -92,13 +92,20 @@ public:
         finish_refit();
         // A call that fails must not lose the blocks that moved.
         is_behind_ = true;
+        const Stopwatch rest_watch;
+        const PositionUpdate positions = extent == RefitExtent::kAll
+                                             ? all_positions(*pose_)
+                                             : moved_positions(context_, *pose_);
+        if (scene_.set_rest_positions(transfer_, positions.bodies)) bind();
+        const double rest_ms = rest_watch.ms();
         kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
+        if (!positions.bodies.empty()) kernels_.prepare({&kernels_.move_bodies});
         const Stopwatch watch;
         const RefitPlan plan = plan_refit(links_, *pose_, extent, block_leaves_);
         host_tree_.reset();
         times_.update.refit_ms = 0;
-        defer_refit(lacks_boxes_ ? plan_all() : plan);
-        times_.update.upload_ms = watch.ms();
+        defer_refit(positions, lacks_boxes_ ? plan_all() : plan);
+        times_.update.upload_ms = rest_ms + watch.ms();
         return plan.leaf_count;
     }
 
@@ -249,8 +256,8 @@ private:
     RefitPlan plan_all() const { return {.all = true, .leaf_count = links_.leaf_parents.size()}; }
 
     /// Leaves a refit to the pose to the next submission.
-    void defer_refit(const RefitPlan& plan) {
-        Record record = refit_scene(context_, kernels_, scene_, *pose_, plan);
+    void defer_refit(const PositionUpdate& positions, const RefitPlan& plan) {
+        Record record = refit_scene(context_, kernels_, scene_, positions, *pose_, plan);
         is_behind_ = static_cast<bool>(record);
         if (!is_behind_) return;
         context_.defer(std::move(record), [this, is_all = plan.all](double device_ms) {
@@ -264,7 +271,7 @@ private:
     void catch_up() {
         if (!is_behind_ || context_.has_deferred()) return;
         kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
-        defer_refit(plan_all());
+        defer_refit(all_positions(*pose_), plan_all());
     }
 
     /// catch_up(), and for a tree that was set: a refit writes the boxes that rays need.

@@ -39,7 +39,11 @@ SHARED_CONST uint kBindPixels = 16u;
 SHARED_CONST uint kBindWork = 17u;
 SHARED_CONST uint kBindStates = 18u;
 SHARED_CONST uint kBindVisiblePixelsOut = 19u;
-SHARED_CONST uint kBindingCount = 24u;
+// Bodies that a matrix moves. kBindMovedPositions is the memory of kBindPositions, written.
+SHARED_CONST uint kBindMovedPositions = 24u;  // uvec4 texels, or three words each
+SHARED_CONST uint kBindRestPositions = 25u;   // as kBindPositions
+SHARED_CONST uint kBindBodies = 26u;          // uvec4, kBodyVec4s each
+SHARED_CONST uint kBindingCount = 27u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -51,6 +55,13 @@ SHARED_CONST uint kQuarterVec4s = 6u;
 
 // The parent of the root: kNoParent.
 SHARED_CONST uint kNoNodeParent = 0xFFFFFFFFu;
+
+// A body: the rows of its transform; centre and scale of scene space; the first and the end of its
+// vertices, and its first workgroup. A workgroup moves kBodyGroupVertices of them.
+SHARED_CONST uint kBodySpace = 3u;
+SHARED_CONST uint kBodyRange = 4u;
+SHARED_CONST uint kBodyVec4s = 5u;
+SHARED_CONST uint kBodyGroupVertices = 1024u;
 
 // The refit takes this many lanes for a leaf or a node.
 SHARED_CONST uint kRefitLanes = 16u;
@@ -166,6 +177,11 @@ struct ResumeArguments {
 /// Push constants of `refit_leaves` and `refit_nodes`: leaves or nodes [first, first + count).
 struct RefitArguments {
     uint first;
+    uint count;
+};
+
+/// Push constants of `move_bodies`.
+struct BodyArguments {
     uint count;
 };
 

@@ -76,6 +76,12 @@ void Pose::write(std::size_t first, std::span<const vec3> positions) {
     std::memcpy(to, positions.data(), positions.size_bytes());
 }
 
+void Pose::add_body(const Body& body) {
+    const auto begin = moved_.begin() + body.first_vertex / kMotionBlock;
+    const auto end = moved_.begin() + (body.end_vertex() + kMotionBlock - 1) / kMotionBlock;
+    if (std::find(begin, end, 1) != end) bodies_.push_back(body);
+}
+
 void Pose::move_to(std::span<const vec3> positions) {
     assert(positions.size() == positions_.size());
     begin_move();

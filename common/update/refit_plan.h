@@ -10,6 +10,7 @@
 
 #include "common/backend.h"
 #include "common/bvh/bvh.h"
+#include "common/scene/body.h"
 #include "common/scene/mesh.h"
 
 namespace mray {
@@ -33,16 +34,26 @@ public:
     std::uint32_t moved_count() const;
 
     /// Begins a move: no block has moved.
-    void begin_move() { std::ranges::fill(moved_, std::uint8_t{0}); }
+    void begin_move() {
+        std::ranges::fill(moved_, std::uint8_t{0});
+        bodies_.clear();
+    }
     /// Overwrites vertices first, first + 1, ...; blocks move if a vertex differs in any bit.
     /// Threads may write different vertices at the same time.
     void write(std::size_t first, std::span<const vec3> positions);
+    /// Notes how devices can make vertices that have been written, unless none has moved; in
+    /// ascending order.
+    void add_body(const Body& body);
+    void forget_bodies() { bodies_.clear(); }
+    /// Those of the last move.
+    std::span<const Body> bodies() const { return bodies_; }
     /// Moves to as many positions, in the calling thread's arena.
     void move_to(std::span<const vec3> positions);
 
 private:
     std::vector<vec3> positions_;
     std::vector<std::uint8_t> moved_;
+    std::vector<Body> bodies_;
 };
 
 /// Leaves with a moved vertex, and the nodes above them up to the root, each ascending.

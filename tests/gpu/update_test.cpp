@@ -106,6 +106,39 @@ TEST(VulkanUpdate, RefitsGiveTheBytesOfTheCpuOnEveryScene) {
     }
 }
 
+TEST(VulkanUpdate, BodiesAreMovedOnTheDevice) {
+    const TestScene scene = torus(64, 48);
+    const std::vector<vec3> rest = scene.world_positions();
+    for (const bool force_staging : {false, true}) {
+        const std::unique_ptr<Backend> vulkan = tuned_device(force_staging);
+        Bvh expected = built_tree(scene);
+        Pose moving = scene.pose();
+        vulkan->set_scene(scene.topology(), moving, expected);
+        for (int step = 1; step < 6; ++step) {
+            const float s = 0.1f * static_cast<float>(step);
+            const Transform transform{{0.9f, -s, 0, 0.2f}, {s, 0.9f, s, 0}, {0, 0.1f, -1, -s}};
+            std::vector<vec3> positions = swayed(scene, s);
+            // Those of bodies cannot come from the host, which has others.
+            std::vector<vec3> written = positions;
+            std::vector<Body> bodies;
+            for (const IndexRange range : {IndexRange{7, 1500}, {1500, 1503}, {1600, 3060}}) {
+                for (std::uint32_t i = range.begin; i < range.end; ++i) {
+                    positions[i] = scene.space().to_scene(transform_point(transform, rest[i]));
+                    written[i] = -positions[i];
+                }
+                bodies.push_back({range.begin,
+                                  std::span(rest).subspan(range.begin, range.end - range.begin), 1,
+                                  transform, scene.space()});
+            }
+            moving.move_to(written);
+            for (const Body& body : bodies) moving.add_body(body);
+            vulkan->refit();
+            cpu::refit(expected, positions);
+            EXPECT_EQ(tree_hash(*vulkan), bvh_hash(expected)) << force_staging << ' ' << step;
+        }
+    }
+}
+
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
     const std::unique_ptr<Backend> vulkan = tuned_device(false);
     const TestScene scene = torus(64, 32);

@@ -118,6 +118,43 @@ TEST(LibraryOnVulkan, MeshesComeAndGoAsOnTheCpu) {
     }
 }
 
+TEST(LibraryOnVulkan, BodiesFollowMatricesAsOnTheCpu) {
+    std::vector<UserMesh> bodies(7, UserMesh(torus(44, 30)));
+    bodies[1] = bodies[4] = UserMesh(icosphere(2));
+    // A denormal, which devices may flush.
+    bodies[5].points[3].x = 1e-40f;
+    std::vector<morphray::MeshView> views;
+    for (std::size_t i = 0; i < bodies.size(); ++i) views.push_back(bodies[i].view(i == 3));
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-9, -9, -9}, {9, 9, 9}},
+                                         .update = morphray::Refit{}};
+    Scene scene = Scene::build(views, vulkan(), options);
+    Scene twin = scene.on(Device::cpu());
+    const std::vector<morphray::Ray> rays = world_rays(bodies[0], 1000, 32);
+    for (int step = 0; step < 12; ++step) {
+        std::vector<morphray::MeshPose> poses;
+        for (std::uint32_t id = 0; id < bodies.size(); ++id)
+            if (id != 3 && (id + static_cast<std::uint32_t>(step)) % 4 != 0)
+                poses.push_back({id, turned(id + step, step % 3 - 1, 0.5 * id - 1)});
+        // Too small a shift, beyond the bounds, and beyond floats.
+        if (step == 5) poses[0].transform.rows[0][3] = 1e-17;
+        if (step == 7) poses[1].transform.rows[2][3] = 1e4;
+        if (step == 9) poses[1].transform.rows[1][1] = 3e38;
+        grow(bodies[3], 1.01f);
+        if (step == 4) grow(bodies[0], 1.1f);
+        for (Scene* const both : {&scene, &twin}) {
+            both->update();
+            both->update(poses);
+            if (step == 4) both->update(0, 0, bodies[0].points.size());
+            if (step != 9) continue;
+            both->detach(2);
+            EXPECT_EQ(both->attach(bodies[2].view(false)), 2u);
+            both->update();
+        }
+        EXPECT_EQ(scene.tree_statistics().hash, twin.tree_statistics().hash) << step;
+        expect_same_hits(hits_of(scene, rays), hits_of(twin, rays), std::to_string(step));
+    }
+}
+
 TEST(LibraryOnVulkan, LetsLightThroughHolesAsTheCpu) {
     const RandomLeaves leaves;
     const Scene scene = build(leaves.views(), vulkan());

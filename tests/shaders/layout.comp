@@ -11,6 +11,7 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
     RaysArguments rays;
     ResumeArguments resume;
     RefitArguments refit;
+    BodyArguments bodies;
     WorkHeader header;
     Suspended suspended;
     Hit hit;
@@ -19,5 +20,5 @@ layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
 
 void main() {
     result = node.child[0] + leaf.prim_id[0] + region.x + occlusion.x + rays.ray_count + resume.first +
-             refit.first + header.status + suspended.answer_index + hit.prim_id;
+             refit.first + bodies.count + header.status + suspended.answer_index + hit.prim_id;
 }

@@ -242,6 +242,10 @@ TEST(ShaderInterface, HasTheBindingsOfTheSourceWithTheirTypes) {
                         {kBindNodeWords, kStorageTexels},
                         {kBindLeafWords, kStorageTexels},
                         {kBindGroupWords, kStorageTexels}}));
+    EXPECT_EQ(gpu::shader_bindings(k_move_bodies_spirv),
+              (Bindings{{kBindMovedPositions, kStorageTexels},
+                        {kBindRestPositions, kUniformTexels},
+                        {kBindBodies, kUniformTexels}}));
     EXPECT_EQ(gpu::shader_bindings(k_rays_spirv), (Bindings{{kBindNodes, kStorageTexels},
                                                             {kBindLeaves, kStorageTexels},
                                                             {kBindRays, kUniformTexels},
@@ -335,6 +339,7 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(ResumeArguments, fresh), OFFSET(ResumeArguments, any_hit)}));
     EXPECT_EQ(in_kernel("RefitArguments"),
               (Offsets{OFFSET(RefitArguments, first), OFFSET(RefitArguments, count)}));
+    EXPECT_EQ(in_kernel("BodyArguments"), (Offsets{OFFSET(BodyArguments, count)}));
 }
 
 }  // namespace

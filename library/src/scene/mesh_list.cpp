@@ -193,6 +193,11 @@ void MeshList::read_rest(std::uint32_t geom_id, std::size_t first, std::size_t c
     mesh.rest.resize(mesh.positions.count);
     for (std::size_t i = first; i < first + count; ++i)
         mesh.rest[i] = mray::Origin().to_world(load(mesh.positions, i));
+    const auto is_normal = [](float x) { return x == 0 || std::isnormal(x); };
+    mesh.rest_is_normal = std::ranges::all_of(mesh.rest, [&](const mray::vec3& p) {
+        return is_normal(p.x) && is_normal(p.y) && is_normal(p.z);
+    });
+    mesh.rest_version = ++last_rest_version_;
 }
 
 mray::TopologyChange MeshList::make_changes() {

@@ -34,6 +34,10 @@ struct MeshSlot {
     /// If it is set, vertex i is at transform_point(*transform, rest[i]).
     std::optional<mray::Transform> transform = {};
     std::vector<mray::vec3> rest = {};
+    /// Differs for other rest positions. They may be denormal or not finite unless
+    /// `rest_is_normal`.
+    std::uint64_t rest_version = 0;
+    bool rest_is_normal = true;
     /// Whether triangles share the normals of their vertices, or normals with the numbers `smooth`.
     bool is_smooth = false;
     std::shared_ptr<const std::vector<mray::uvec3>> smooth = nullptr;
@@ -153,6 +157,7 @@ private:
     std::vector<mray::Texcoords> texcoords_;
     std::vector<std::uint32_t> texture_ids_;
     std::map<std::uint32_t, Change> changes_;
+    std::uint64_t last_rest_version_ = 0;
     /// The geom_ids that are in use once the changes are made. All below first_free_ are.
     std::vector<bool> will_be_used_;
     std::uint32_t first_free_ = 0;

@@ -111,6 +111,11 @@ void PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& aren
             return sum;
         });
     is_extended_ |= made.any_outside;
+    const bool is_body = mesh.transform && mesh.rest_is_normal && !made.any_left_out &&
+                         range.count == mesh.rest.size() &&
+                         mray::moves_alike_on_devices(*mesh.transform, space_);
+    if (is_body)
+        pose_.add_body({mesh.first_vertex, mesh.rest, mesh.rest_version, *mesh.transform, space_});
     auto kept = kept_.find(mesh.first_vertex);
     if (kept == kept_.end()) {
         if (made.all_invertible) return;
@@ -180,6 +185,7 @@ void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
             kept.emplace(mesh.first_vertex, KeptPositions{std::move(world), made.any_left_out});
     }
     space_ = space;
+    pose_.forget_bodies();
     kept_ = std::move(kept);
 }
 
