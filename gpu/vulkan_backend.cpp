@@ -58,9 +58,8 @@ public:
 
     void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
         const Stopwatch watch;
-        const BufferKind kind =
-            choose_buffers(physical(), tuning_,
-                           size_of(topology.vertex_count, topology.triangles.size(), bvh));
+        const BufferKind kind = choose_buffers(
+            physical(), tuning_, size_of(topology.vertex_count, topology.triangles.size(), bvh));
         // The scene before goes first: there may not be room for both.
         clear();
         SceneBuffers next(shared_->device, kind, transfer_, topology, pose.positions(), bvh);
@@ -93,9 +92,8 @@ public:
         // A call that fails must not lose the blocks that moved.
         is_behind_ = true;
         const Stopwatch rest_watch;
-        const PositionUpdate positions = extent == RefitExtent::kAll
-                                             ? all_positions(*pose_)
-                                             : moved_positions(context_, *pose_);
+        const PositionUpdate positions =
+            extent == RefitExtent::kAll ? all_positions(*pose_) : moved_positions(context_, *pose_);
         if (scene_.set_rest_positions(transfer_, positions.bodies)) bind();
         const double rest_ms = rest_watch.ms();
         kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes});
