@@ -2,6 +2,7 @@
 #pragma once
 
 #include <mutex>
+#include <utility>
 
 #include "common/image/frame.h"
 #include "common/interop/camera.h"

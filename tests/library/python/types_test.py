@@ -1,6 +1,7 @@
 """The types of _morphray.pyi are those of the module, and suffice for mypy."""
 
 import ast
+import inspect
 import os
 import pathlib
 import re
@@ -27,8 +28,11 @@ def arguments_of(function, with_defaults):
     return names, with_defaults and defaults
 
 
-def check_function(name, definitions, documentation):
+def check_function(name, definitions, function):
     """pybind11 writes a signature, or several, into the documentation."""
+    documentation = function.__doc__
+    if inspect.isfunction(function):
+        documentation = name + str(inspect.signature(function)) + " -> "
     signatures = re.findall(rf"^(?:\d+\. )?{name}\((?!\*args)(.*)\) -> ", documentation, re.M)
     for number, definition in enumerate(definitions):
         function = ast.parse(f"def f({signatures[min(number, len(signatures) - 1)]}): ...").body[0]
@@ -47,7 +51,7 @@ def check_names(stub, module):
         if isinstance(first, ast.ClassDef):
             check_names(first, thing)
         elif isinstance(first, ast.FunctionDef) and callable(thing):
-            check_function(name, definitions[name], thing.__doc__)
+            check_function(name, definitions[name], thing)
 
 
 def test_stub_and_module_have_the_same_names():
