@@ -180,12 +180,14 @@ std::string answers_of(mray::Backend& backend, std::span<const mray::Ray> rays) 
 bool moves_bodies_alike(mray::Backend& tested, mray::Backend& reference, mray::Pose& pose) {
     const std::span<const vec3> positions = pose.positions();
     const std::vector<vec3> rest(positions.begin(), positions.end());
+    // Within the bounds of a space whose middle is not 0.
+    constexpr float k = 0x1p-22f;
     const mray::Body body{.rest = rest,
                           .rest_version = 1,
-                          .transform = {{0.8f, -0.6f, 0.1f, 3.3f},
-                                        {0.6f, 0.8f, -0.1f, -5.7f},
-                                        {0.03f, 0.2f, 0.9f, 0.1f}},
-                          .space = mray::SceneSpace(mray::WorldBounds())};
+                          .transform = {{0.8f * k, -0.6f * k, 0.1f * k, 6.4f},
+                                        {0.6f * k, 0.8f * k, -0.1f * k, 6.7f},
+                                        {0.03f * k, 0.2f * k, 0.9f * k, 6.5f}},
+                          .space = mray::SceneSpace({.lower = {6, 6, 6}, .upper = {7, 7, 7}})};
     std::vector<vec3> moved;
     for (const vec3& p : rest)
         moved.push_back(body.space.to_scene(mray::transform_point(body.transform, p)));

@@ -166,7 +166,7 @@ TEST(DeviceCheck, FindsEachWrongKernel) {
         if (std::ranges::find(kernels, words) == kernels.end()) kernels.push_back(words);
     };
     EXPECT_EQ(difference(listing, gpu::BufferKind::kTexels), "");
-    EXPECT_EQ(kernels.size(), 11u);
+    EXPECT_EQ(kernels.size(), 12u);
     std::size_t found = 0;
     for (const std::vector<std::uint32_t>& broken : kernels) {
         Faults faults;
@@ -180,7 +180,7 @@ TEST(DeviceCheck, FindsEachWrongKernel) {
         EXPECT_EQ(!text.empty(), changed) << found;
         found += changed;
     }
-    EXPECT_EQ(found, 9u);
+    EXPECT_EQ(found, 10u);
 }
 
 TEST(DeviceCheck, FindsFusedAndReorderedOperationsAndLostSignsOfZeros) {
