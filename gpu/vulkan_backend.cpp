@@ -298,7 +298,7 @@ private:
     Queries queries_;
     /// Null without a scene.
     const Pose* pose_ = nullptr;
-    /// Whether the device's tree is not, or not yet, that of the pose.
+    /// True while the device's tree is of an older pose.
     bool is_behind_ = false;
     /// Whether boxes of quarters and groups, which rays need, are not those of the tree.
     bool lacks_boxes_ = false;

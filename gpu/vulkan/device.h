@@ -64,7 +64,7 @@ struct PhysicalDevice {
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
     std::uint32_t timestamp_bits = 0;  // 0: no timestamps
-    /// Whether promises are made by VK_KHR_shader_float_controls, as in Vulkan 1.1.
+    /// True if promises are made by VK_KHR_shader_float_controls, as in Vulkan 1.1.
     bool needs_float_controls = false;
 };
 

@@ -59,10 +59,10 @@ struct DeviceInfo {
     std::uint32_t subgroup_size = 0;
     /// Empty if morphray can use the device; otherwise the features that it lacks.
     std::string unusable;
-    /// Whether the driver promises what kernel.glsl demands of floats: rounding to the nearest,
+    /// True if the driver promises what kernel.glsl demands of floats: rounding to the nearest,
     /// signs of zeros, infinities and NaNs kept. Otherwise kernels do not demand it.
     bool promises_floats = false;
-    /// Whether it is lavapipe, which reads texels faster than storage buffers.
+    /// True for lavapipe, which reads texels faster than storage buffers.
     bool prefers_texels = false;
 };
 

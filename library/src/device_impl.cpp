@@ -202,7 +202,7 @@ bool moves_bodies_alike(mray::Backend& tested, mray::Backend& reference, mray::P
     return same(trees[0].nodes, trees[1].nodes) && same(trees[0].leaves, trees[1].leaves);
 }
 
-/// Whether both backends make the same boxes of triangles that are this point.
+/// True if both backends make the same boxes of triangles that are this point.
 bool refits_alike(mray::Backend& tested, mray::Backend& reference, const vec3& point) {
     mray::Topology topology;
     topology.triangles = {{0, 1, 2}};

@@ -52,7 +52,7 @@ private:
 /// as "closest hits"; empty if all bits are equal. Throws what the backends throw.
 std::string find_difference(mray::Backend& tested, mray::Backend& reference);
 
-/// Whether the tested backend takes denormals for 0, unlike the reference. No result depends on
+/// True if the tested backend takes denormals for 0, unlike the reference. No result depends on
 /// that (docs/design/arithmetic.md, "No denormals").
 bool flushes_denormals(mray::Backend& tested, mray::Backend& reference);
 

@@ -81,7 +81,7 @@ struct VulkanDeviceInfo {
     std::uint32_t subgroup_size = 0;
     /// Empty if Device::vulkan() can use the device; otherwise what it lacks.
     std::string unusable;
-    /// Whether the driver promises to round as the CPU does. If not, the self-test (DeviceCheck)
+    /// True if the driver promises to round as the CPU does. If not, the self-test (DeviceCheck)
     /// alone shows that results are equal.
     bool promises_rounding = false;
 };
