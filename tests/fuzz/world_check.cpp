@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "common/interop/closest_rule.h"
 #include "common/interop/transform.h"
 #include "common/scene/exact_crossing.h"
 #include "morphray/morphray.hpp"
@@ -201,16 +202,35 @@ private:
         check_reaches(scene, answers);
     }
 
-    /// 2^-21 of the distance of the closest triangle's farthest corner, and a step of denormals.
-    double slack_of(const ClosestPoint& closest, const Vec3& point) const {
-        if (!closest) return 0;
-        const uvec3& t = fuzz_case_.triangles[closest.prim_id];
+    double farthest_corner(const uvec3& t, const Vec3& point) const {
         double farthest = 0;
         for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
             const glm::dvec3 way =
                 glm::dvec3(to_vec(vertices_[vertex])) - glm::dvec3(to_vec(point));
             farthest = std::max(farthest, glm::length(way));
         }
+        return farthest;
+    }
+
+    /// 2^-21 of the distance of the farthest corner of the closest triangle and of those that the
+    /// rule finds, and a step of denormals.
+    double slack_of(const ClosestPoint& closest, const Vec3& point) const {
+        if (!closest) return 0;
+        const vec3 p = space_.to_scene(to_vec(point));
+        const auto corner = [&](std::uint32_t i) { return space_.to_scene(to_vec(vertices_[i])); };
+        float least = std::numeric_limits<float>::infinity();
+        double farthest = 0;
+        for (const uvec3& t : fuzz_case_.triangles) {
+            if (!is_finite(vertices_[t.x]) || !is_finite(vertices_[t.y]) ||
+                !is_finite(vertices_[t.z]))
+                continue;
+            const float d2 = triangle_distance2(p, corner(t.x), corner(t.y), corner(t.z));
+            if (d2 > least) continue;
+            farthest = std::max(d2 < least ? 0 : farthest, farthest_corner(t, point));
+            least = d2;
+        }
+        farthest =
+            std::max(farthest, farthest_corner(fuzz_case_.triangles[closest.prim_id], point));
         return 0x1p-21 * farthest + std::numeric_limits<float>::denorm_min();
     }
 
