@@ -322,10 +322,10 @@ public:
     /// The distances from points to the meshes, negative inside by the rule of contains(), 0 for a
     /// point that lies on a triangle. Up to 2^-14 of the scene's size and of the point's distance
     /// from its middle they are those of closest_points(), and need the tree as these do. Farther
-    /// ones take less time, and are off by up to 2^-21 of the distance of the farthest corner of the
-    /// closest triangle, or of one that is as near up to such an error, or by a step of denormals.
-    /// Infinity, negative inside, if nothing is found within max_distance; NaN for a point that is
-    /// not finite. Throws as closest_points().
+    /// ones take less time, and are off by up to 2^-21 of the distance of the farthest corner of
+    /// the closest triangle, or of one that is as near up to such an error, or by a step of
+    /// denormals. Infinity, negative inside, if nothing is found within max_distance; NaN for a
+    /// point that is not finite. Throws as closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
                          float max_distance = std::numeric_limits<float>::infinity(),
