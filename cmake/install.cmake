@@ -19,7 +19,8 @@ install(DIRECTORY library/include/morphray DESTINATION ${CMAKE_INSTALL_INCLUDEDI
     FILES_MATCHING PATTERN *.hpp)
 install(FILES ${PROJECT_BINARY_DIR}/generated/morphray/version.hpp
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/morphray COMPONENT dev)
-install(DIRECTORY library/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
+install(DIRECTORY library/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev
+    PATTERN __pycache__ EXCLUDE)
 
 # The package for CMake.
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/morphray)

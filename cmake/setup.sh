@@ -114,8 +114,7 @@ configure() {
     [ "$tests" = OFF ] || minutes=8
     say "building; the first time takes about $minutes minutes on two cores"
     (cd "$root" && cmake --preset "$preset" -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
-        { ! grep -q "libraries are missing" "$log" || show_log_and_exit 4 "libraries are missing"
-          show_log_and_exit 70 "configuring failed"; }
+        show_log_and_exit "$(grep -q "libraries are missing" "$log" && echo 4 || echo 70)" "configuring failed"
 }
 
 # set_up TESTS KIND...: everything up to a program that is up to date, one call at a time. Builds the

@@ -68,7 +68,7 @@ struct RayBatch {
 struct TracedTile {
     std::size_t view;
     std::uint32_t x0, y0, x1, y1;
-    /// Those of pixel (x0, y0), if wanted; the next row is `stride` elements further on.
+    /// At pixel (x0, y0), if the batch has them; the next row is `stride` elements further on.
     const Hit* hits = nullptr;
     const std::uint32_t* pixels = nullptr;
     std::size_t stride = 0;
@@ -76,7 +76,7 @@ struct TracedTile {
 
 /// Views of one size with camera rays alone.
 struct ViewBatch {
-    /// Of each view, but for its camera.
+    /// The same for all views; only cameras differ.
     ImageParams params;
     std::span<const Camera> cameras;
     bool with_hits = true;
@@ -104,7 +104,7 @@ public:
 
     /// Takes a scene: topology, pose and a tree at the pose. The scene before is dropped. Topology
     /// and pose have to outlive the scene. After each move of the pose call refit() or set_tree()
-    /// first, or set_scene() if its number of vertices is another one.
+    /// first; after an assignment to the pose, set_scene().
     virtual void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) = 0;
     /// Takes a tree at the pose, refitted or built elsewhere.
     virtual void set_tree(const Bvh& bvh) = 0;

@@ -167,7 +167,7 @@ private:
         return {params.width, params.height, kCameraSide / 2};
     }
 
-    /// Hands a tile over whose hits are still in the caches.
+    /// Traces a tile and hands it over at once, while its hits are in the caches.
     void trace_tile_of(const ViewBatch& views, std::size_t view, const Tile& tile,
                        const ShadedMesh& mesh) {
         ImageParams params = views.params;
@@ -202,7 +202,7 @@ private:
     Bvh bvh_;
     std::optional<BlockLeaves> block_leaves_;
     Tracers tracers_;
-    /// Of a thread: the hits of a tile, or a view's, if it has pixels.
+    /// For each thread: the hits of a tile, or a frame of a view if pixels are wanted.
     tbb::enumerable_thread_specific<Frame> view_frames_;
     BackendTimes times_;
 };

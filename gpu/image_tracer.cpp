@@ -169,7 +169,7 @@ void ImageTracer::trace_views(const ViewBatch& views, BackendTimes& times, const
             tiles += region.tile_count;
             region.first = first;
             regions.push_back(region);
-            // Bands that threads can share.
+            // Bands of 64 rows, which take() converts in parallel.
             const std::uint32_t end = region.y + region.height;
             for (std::uint32_t y = region.y; y < end; y += 64) {
                 const std::uint32_t y1 = std::min(y + 64, end);

@@ -239,15 +239,15 @@ bool SceneBuffers::set_rest_positions(Transfer& transfer, std::span<const Body> 
     };
     if (bodies.empty()) return false;
     make(rest_positions_, "rest positions", bytes_of_vertex(kind_) * vertex_count_);
-    make(bodies_, "bodies", sizeof(BodyRecord) * bodies.size());
     std::vector<VertexRun> runs;
-    for (const Body& body : bodies) {
-        std::uint64_t& version = rest_versions_[body.first_vertex];
-        if (version != body.rest_version) runs.push_back({body.first_vertex, body.rest});
-        version = body.rest_version;
-    }
+    for (const Body& body : bodies)
+        if (rest_versions_[body.first_vertex] != body.rest_version)
+            runs.push_back({body.first_vertex, body.rest});
     Buffer staged;
     transfer.run(set_vertices(rest_positions_.buffer, staged, runs));
+    for (const Body& body : bodies) rest_versions_[body.first_vertex] = body.rest_version;
+    // Last: a failure above must not lose that a buffer was made.
+    make(bodies_, "bodies", sizeof(BodyRecord) * bodies.size());
     return has_made;
 }
 
@@ -327,7 +327,11 @@ PositionUpdate moved_positions(const Context& context, const Pose& pose) {
     std::span<const Body> bodies = pose.bodies();
     std::uint64_t group_count = 0;
     for (const Body& body : bodies) group_count += groups_of_body(body);
-    if (group_count > context.physical().limits.maxComputeWorkGroupCount[0]) bodies = {};
+    const VkPhysicalDeviceLimits& limits = context.physical().limits;
+    // A body has a group or more, and kBodyVec4s texels.
+    if (group_count >
+        std::min(limits.maxComputeWorkGroupCount[0], limits.maxTexelBufferElements / kBodyVec4s))
+        bodies = {};
     return {moved_vertices(pose, bodies), bodies};
 }
 

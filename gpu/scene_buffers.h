@@ -89,7 +89,7 @@ private:
     Tree tree_;
 };
 
-/// How positions come to the device: ranges are copied, then bodies are moved.
+/// The positions that a refit sends: ranges to copy, then bodies that the device moves.
 struct PositionUpdate {
     std::vector<IndexRange> copied = {};
     std::span<const Body> bodies = {};

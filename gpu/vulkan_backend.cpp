@@ -133,7 +133,7 @@ public:
         Bvh tree;
         read_tree(tree);
         if (!edit(tree)) return;
-        if (!holds(tree)) return set_scene(*topology_, *pose_, tree);
+        if (!holds(tree)) return set_scene(*topology_, *pose_, std::move(tree));
         take_tree(tree);
     }
 

@@ -506,6 +506,9 @@ ExitCode check_digests(const BackendOptions& options, const Messages& messages) 
         for (const morphray::VulkanDeviceInfo& device : vulkan_devices())
             if (device.unusable.empty())
                 check(BackendChoice::kVulkan, "", std::to_string(device.index));
+        if (text.empty())
+            throw Error(ErrorKind::kUnavailable,
+                        "no usable Vulkan device; `morphray devices` says what they lack");
     });
     if (end.code == ExitCode::kOk && !different.empty()) end.code = ExitCode::kCheckFailed;
     const std::string verdict =

@@ -28,8 +28,6 @@ SHARED_CONST float kDepthError = 2.384185791015625e-07f;
 
 // ---- Rays.
 
-// A bound of each rounding of a camera's direction: 1.03 u.
-SHARED_CONST float kDirectionRounding = 6.139279e-08f;
 // Times how far a ray may be from where it is taken for, and the slope of what is evaluated there.
 SHARED_CONST float kRayError = 1.01f;
 // The error of 1 / z at a ray's end, by itself: 2^-22.

@@ -29,6 +29,8 @@ struct Body {
 /// of the host (docs/design/arithmetic.md, "Bodies").
 inline bool moves_alike_on_devices(const Transform& transform, const SceneSpace& space) {
     if (space.exponent() < -126 || space.exponent() > 33) return false;
+    for (int axis = 0; axis < 3; ++axis)
+        if (space.centre(axis) != 0 && std::abs(space.centre(axis)) < 0x1p-49) return false;
     for (const vec4& row : {transform.x, transform.y, transform.z}) {
         for (const float m : {row.x, row.y, row.z})
             if (m != 0 && !std::isnormal(m)) return false;

@@ -20,8 +20,8 @@ public:
 
     /// Sets the normals: unit vectors of the sums of the cross products of the edges of their
     /// triangles, in the order of prim_id; 0 where that is 0. Triangles with a vertex that is not
-    /// finite count as 0. Runs in the calling thread's arena; the
-    /// bits do not depend on the number of threads. O(triangles).
+    /// finite count as 0. Runs in the calling thread's arena; the bits do not depend on the number
+    /// of threads. O(triangles).
     void update(std::span<const vec3> positions);
 
     std::span<const uvec3> ids() const { return ids_; }

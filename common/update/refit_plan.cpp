@@ -79,7 +79,7 @@ void Pose::write(std::size_t first, std::span<const vec3> positions) {
 void Pose::add_body(const Body& body) {
     const auto begin = moved_.begin() + body.first_vertex / kMotionBlock;
     const auto end = moved_.begin() + (body.end_vertex() + kMotionBlock - 1) / kMotionBlock;
-    if (std::find(begin, end, 1) != end) bodies_.push_back(body);
+    if (!body.rest.empty() && std::find(begin, end, 1) != end) bodies_.push_back(body);
 }
 
 void Pose::move_to(std::span<const vec3> positions) {

@@ -41,11 +41,11 @@ public:
     /// Overwrites vertices first, first + 1, ...; blocks move if a vertex differs in any bit.
     /// Threads may write different vertices at the same time.
     void write(std::size_t first, std::span<const vec3> positions);
-    /// Notes how devices can make vertices that have been written, unless none has moved; in
-    /// ascending order.
+    /// Adds a body whose vertices have been written, unless none of its blocks has moved. Bodies
+    /// come in ascending order of vertices; their rest positions must stay until the next move.
     void add_body(const Body& body);
     void forget_bodies() { bodies_.clear(); }
-    /// Those of the last move.
+    /// The bodies of the last move.
     std::span<const Body> bodies() const { return bodies_; }
     /// Moves to as many positions, in the calling thread's arena.
     void move_to(std::span<const vec3> positions);

@@ -97,7 +97,7 @@ std::unique_ptr<const MemoryRange> MemoryBlocks::take(VkDevice device, const std
                                                       const VkMemoryRequirements& needs,
                                                       std::uint32_t type, bool is_mapped) {
     const auto take_from = [&](std::shared_ptr<MemoryBlock> block) {
-        auto range = std::make_unique<MemoryRange>(nullptr, VkDeviceSize{0}, needs.size);
+        auto range = std::make_unique<MemoryRange>(needs.size);
         range->offset = block->take(needs.size, needs.alignment);
         if (range->offset == MemoryBlock::kNoSpace) return std::unique_ptr<const MemoryRange>();
         // From here on the range gives the bytes back.

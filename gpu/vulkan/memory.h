@@ -50,15 +50,14 @@ private:
 
 /// Bytes of a block, which it gives back at its end.
 struct MemoryRange {
-    MemoryRange(std::shared_ptr<MemoryBlock> of, VkDeviceSize begin, VkDeviceSize bytes)
-        : block(std::move(of)), offset(begin), size(bytes) {}
+    explicit MemoryRange(VkDeviceSize bytes) : size(bytes) {}
     ~MemoryRange() {
         if (block != nullptr) block->give_back(offset, size);
     }
     MemoryRange(const MemoryRange&) = delete;
 
     std::shared_ptr<MemoryBlock> block;
-    VkDeviceSize offset;
+    VkDeviceSize offset = 0;
     VkDeviceSize size;
 };
 

@@ -129,8 +129,8 @@ Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
         .pPushConstantRanges = &arguments};
     layout_ = {device.get(), vkCreatePipelineLayout, layout_info, "create a pipeline layout"};
 
-    const std::vector<std::uint32_t> plain = without_float_modes(spirv);
-    if (!device.physical().info.promises_floats) spirv = plain;
+    std::vector<std::uint32_t> plain;
+    if (!device.physical().info.promises_floats) spirv = plain = without_float_modes(spirv);
     const VkShaderModuleCreateInfo module_info = {
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
         .codeSize = spirv.size_bytes(),

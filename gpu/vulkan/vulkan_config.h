@@ -36,7 +36,7 @@ struct Tuning {
     std::uint32_t tiles_per_dispatch = 0;
     /// Suspended rays of 2 KB each that one dispatch continues; 0: by the device.
     std::uint32_t resume_slots = 0;
-    /// How kernels read buffers, if the device can bind these; unset: by device and scene
+    /// The kind of buffers that kernels read, if the device can bind it; unset: by device and scene
     /// (choose_buffers()).
     std::optional<BufferKind> buffer_kind = std::nullopt;
     /// Copies through a staging buffer even if the host sees the device's memory.

@@ -24,16 +24,16 @@ struct Peers {
           tree(build_paper_tree(scene.topology, scene.scene_space.positions)),
           gpu_tree(build_peer_tree(scene.topology, scene.scene_space.positions, 1.5, 4)) {
         refit(tree, scene.topology, scene.world_space.positions);
-        if (gpu_tree.nodes.size() > 1) refit(gpu_tree, scene.topology, scene.world_space.positions);
+        refit(gpu_tree, scene.topology, scene.world_space.positions);
 #ifdef MORPHRAY_EMBREE
         devices.emplace_back(0, "");
         embree = embree_variants(devices, scene.topology, scene.world_space.positions);
 #endif
     }
 
-    /// That devices borrow.
+    /// Devices borrow it.
     Pose pose;
-    /// In world space; of the method of 2007 and of the rules.
+    /// In world space, for the method of 2007 and the rules.
     PeerTree tree;
     PeerTree gpu_tree;
 #ifdef MORPHRAY_EMBREE
@@ -73,18 +73,6 @@ Tracer device_tracer(const std::function<void(const RayBatch&)>& trace, const Ra
             .answers = [answers] { return *answers; }};
 }
 
-/// The kernel finds closest hits alone.
-Tracer gpu_peer_tracer(const ChartDevice& device, const PeerTree& tree, const RaySet& set) {
-    const auto trace = [trace_rays = device.make_peer(tree, set.rays.size())](const RayBatch& to) {
-        if (to.occluded.empty()) return trace_rays(to.rays, to.hits);
-        std::vector<Hit> hits(to.rays.size());
-        trace_rays(to.rays, hits);
-        for (std::size_t i = 0; i < hits.size(); ++i)
-            to.occluded[i] = hits[i].prim_id != kNoPrim ? 1 : 0;
-    };
-    return device_tracer(trace, set);
-}
-
 }  // namespace
 
 MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice>& devices) {
@@ -117,16 +105,17 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
                 backend->trace(to);
             };
             add("Vulkan " + device.name, "Vulkan", true, device_tracer(trace, ours));
-            if (device.make_peer && peers->gpu_tree.nodes.size() > 1)
-                add("GPU peer " + device.name, "GPU peer", true,
-                    gpu_peer_tracer(device, peers->gpu_tree, theirs));
+            // The peer's kernel for rays in memory finds closest hits only.
+            if (theirs.any_hit() || peers->gpu_tree.nodes.size() < 2) continue;
+            const auto find_hits = [peer = device.make_peer(peers->gpu_tree, theirs.rays.size())](
+                                       const RayBatch& to) { peer(to.rays, to.hits); };
+            add("GPU peer " + device.name, "GPU peer", true, device_tracer(find_hits, theirs));
         }
         if (ours.in_packets())
             add("2007 packets", "2007", false, paper_tracer(peers->tree, theirs));
 #ifdef MORPHRAY_EMBREE
         for (const Tracer& tracer : embree_peers(peers->embree, theirs)) {
-            // Of "Intersect16 robust MEDIUM all" what follows the function's name; one ray a call
-            // or 16.
+            // "Intersect16 robust MEDIUM all" without "Intersect". Calls take one ray or 16.
             const std::string name = tracer.name.substr(tracer.name.find_first_of("123456789"));
             if (tracer.at_once != RaysAtOnce::kOne && !name.starts_with("16 ")) continue;
             const bool robust = name.find("robust") != std::string::npos;

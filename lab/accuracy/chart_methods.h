@@ -61,7 +61,7 @@ struct Effort {
     /// Of slow methods, and of failure scenes.
     std::size_t slow_chunks = 1;
     std::size_t failure_rays = 0;
-    /// How often each method traces a chunk; its time is the median.
+    /// Each method traces a chunk so many times; the median time counts.
     std::size_t rounds = 1;
 };
 /// Takes at most a minute for a scene on two cores.

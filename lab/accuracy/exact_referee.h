@@ -38,8 +38,8 @@ public:
     bool has_t() const;
     /// t of the plane, to 2^-27 of itself.
     double t() const;
-    /// t, and the weights u and v of the corners b and c: t to 2^-36 of itself, the others to
-    /// 2^-36. Only for triangles whose planes the line crosses.
+    /// t, and the weights u and v of the corners b and c: t to 2^-33 of itself, the others to
+    /// 2^-33. Only for triangles whose planes the line crosses.
     dvec3 hit() const;
     /// How near the line is to the nearest edge, as a part of size(); in double.
     double edge_distance() const;
@@ -53,7 +53,7 @@ private:
     struct Integers;
 
     int sign(std::size_t i) const;
-    /// A value over the sum of u, v and w, with such a part of error.
+    /// Value i divided by the sum of u, v and w; an error of at most 2 * precise.
     double over_sum(std::size_t i, double precise) const;
     int compare_t(float limit) const;
     const Integers& integers() const;

@@ -14,11 +14,13 @@
 #include "common/frame_times.h"
 #include "common/version.h"
 #include "lab/accuracy/charts.h"
-#include "lab/methods/gpu_peer.h"
 #include "report/machine.h"
 #include "report/plot.h"
 #include "report/shell.h"
 #include "scenes/animation.h"
+#ifdef MORPHRAY_HAS_VULKAN
+#include "lab/methods/gpu_peer.h"
+#endif
 
 namespace mray::lab {
 namespace {

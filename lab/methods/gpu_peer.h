@@ -15,8 +15,8 @@ namespace mray::lab {
 /// The kernel that wins on GPUs, over a binary tree by binned SAH. One call at a time.
 class GpuPeer {
 public:
-    /// The tree, which outlives it, has more than one leaf, of at most 7 triangles. An image is
-    /// that of `params`; set_rays() takes up to `most_rays`.
+    /// The tree outlives it and has several leaves, of at most 7 triangles. kPeerCamera and
+    /// kPeerShadow trace the image of `params`. set_rays() takes up to `most_rays` rays.
     GpuPeer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
             const ImageParams& params, std::size_t most_rays);
 

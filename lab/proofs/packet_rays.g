@@ -1,6 +1,6 @@
 # Rays against those that a packet takes them for.
 #
-#   bounds       a camera's ray from the middle of its pixel: pixel_error, find_ray_error; a light's ray
+#   bounds       a camera's ray from the middle of its pixel: pixel_error; a light's ray
 #                from its place in the plane: 16 u of the largest (place_error); 1 / (tfar z): kEndError of
 #                itself; a stored ray from its place: place_error_of; 1 / (t z) of a hit:
 #                hit_depth_error
@@ -9,10 +9,9 @@
 #                (cpu/packet/light_packet-inl.h), place_error_of
 #                (cpu/packet/camera_rays-inl.h), hit_depth_error
 #                (cpu/packet/camera_candidates-inl.h)
-#   constants    kDirectionRounding, kEndError,
-#                kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
-#   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows, |X| <= 7.5 on a
-#                device. A light's: |d| components below 2, z > 1/4 its component on an axis; origins of
+#   constants    kEndError, kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
+#   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows.
+#                A light's: |d| components below 2, z > 1/4 its component on an axis; origins of
 #                planes up to 1; shears up to 1
 #   operations   fl(fl(corner + fl(du x)) + fl(dv y)), scaled by a power of two and put on a grid;
 #                (row_0 (d_i - origin_0 z) + row_1 (d_j - origin_1 z)) fl(1 / z), fused; (d.xy - shear d.z) / z
@@ -24,7 +23,6 @@
 #                row_size of place_error, second orders included. Without fused operations: u |origin z|
 #                over z, within 2^-19 row_size.
 #
-# step: kDirectionRounding 0.95
 # step: kEndError 0.5
 # step: kStoredPlaceRounding 0.5
 # step: kHitDepthRounding 0.5
@@ -44,11 +42,6 @@
 
 ## identity: (X + e0) / (1 + e2) - X = (e0 - X e2) / (1 + e2)
 (X + e0) - X * (1 + e2) - (e0 - X * e2);
-
-## lemma: find_ray_error: e0 and 7.5 e2 over 1 - 2^-7 within its e0 + 9 e2, in roundings
-left = @kDirectionRounding@ * (1 - 16 * @kRounding@) / 0x1.004p-24;
-{ left - 1 / (1 - 0x1p-7) >= 0 /\ 9 * left - 7.5 / (1 - 0x1p-7) >= 0
-  /\ 0x1p-20 * @kDirectionRounding@ * (1 - 16 * @kRounding@) * (1 - 0x1p-7) - 0x1p-46 >= 0 }
 
 ## lemma: a light's ray: sqrt(2) sqrt(3), a difference, a product, a sum, 1 / z and a product
 five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;

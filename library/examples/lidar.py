@@ -45,6 +45,23 @@ def poses_at(seconds, bodies):
     return poses
 
 
+def make_scene(device, bodies):
+    """A cloth with bodies above it, and the points of the cloth."""
+    x, y = np.meshgrid(np.linspace(-2, 2, 67), np.linspace(2, -2, 67))
+    sheet = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
+    return morphray.Scene([(sheet, grid(67, 67))] + [ball()] * bodies, device=device,
+                          bounds=((-2.5, -2.5, -1), (2.5, 2.5, 1))), sheet
+
+
+def move(scene, sheet, seconds, bodies):
+    """Moves cloth and bodies. Returns the poses of the bodies."""
+    sheet[:, 2] = np.float32(0.1) * np.sin(4 * sheet[:, 0] + np.float32(2 * seconds))
+    scene.update()
+    poses = poses_at(seconds, bodies)
+    scene.update(poses=poses, geom_ids=np.arange(1, bodies + 1))
+    return poses
+
+
 def beams(columns, rows=16):
     """(columns, rows, 3): directions of a turn, from 20 degrees below to 10 above the horizon."""
     azimuth = (2 * np.pi / columns * np.arange(columns))[:, None]
@@ -54,10 +71,7 @@ def beams(columns, rows=16):
 
 
 def run(sweeps=10, updates=20, columns=1800, device="cpu", bodies=50):
-    x, y = np.meshgrid(np.linspace(-2, 2, 67), np.linspace(2, -2, 67))
-    sheet = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
-    scene = morphray.Scene([(sheet, grid(67, 67))] + [ball()] * bodies, device=device,
-                           bounds=((-2.5, -2.5, -1), (2.5, 2.5, 1)))
+    scene, sheet = make_scene(device, bodies)
     directions = beams(columns)
     parts = np.array_split(np.arange(columns), updates)
     hits = np.empty(directions.shape[:2], morphray.hit_dtype)
@@ -68,10 +82,7 @@ def run(sweeps=10, updates=20, columns=1800, device="cpu", bodies=50):
             if len(part) == 0:
                 continue
             seconds = sweep + part[0] / columns
-            sheet[:, 2] = np.float32(0.1) * np.sin(4 * sheet[:, 0] + np.float32(2 * seconds))
-            scene.update()
-            poses = poses_at(seconds, bodies)
-            scene.update(poses=poses, geom_ids=np.arange(1, bodies + 1))
+            poses = move(scene, sheet, seconds, bodies)
             rays = np.empty((*directions[part].shape[:2], 6), np.float32)
             rays[..., :3] = poses[CARRIER - 1, :, 3]
             rays[..., 3:] = directions[part]

@@ -176,6 +176,17 @@ std::string answers_of(mray::Backend& backend, std::span<const mray::Ray> rays) 
     return bytes;
 }
 
+/// Refits both to the last move of their pose, and compares the trees.
+bool refits_equal(mray::Backend& tested, mray::Backend& reference,
+                  mray::RefitExtent extent = mray::RefitExtent::kMoved) {
+    mray::Bvh found, expected;
+    tested.refit(extent);
+    reference.refit(extent);
+    tested.read_tree(found);
+    reference.read_tree(expected);
+    return same(found.nodes, expected.nodes) && same(found.leaves, expected.leaves);
+}
+
 /// Moves the scene of both by a matrix, which a device applies itself, and compares the trees.
 bool moves_bodies_alike(mray::Backend& tested, mray::Backend& reference, mray::Pose& pose) {
     const std::span<const vec3> positions = pose.positions();
@@ -193,13 +204,9 @@ bool moves_bodies_alike(mray::Backend& tested, mray::Backend& reference, mray::P
         moved.push_back(body.space.to_scene(mray::transform_point(body.transform, p)));
     pose.move_to(moved);
     pose.add_body(body);
-    mray::Bvh trees[2];
-    for (int i = 0; i < 2; ++i) {
-        mray::Backend& backend = i == 0 ? tested : reference;
-        backend.refit();
-        backend.read_tree(trees[i]);
-    }
-    return same(trees[0].nodes, trees[1].nodes) && same(trees[0].leaves, trees[1].leaves);
+    const bool is_equal = refits_equal(tested, reference);
+    pose.forget_bodies();
+    return is_equal;
 }
 
 /// True if both backends make the same boxes of triangles that are this point.
@@ -210,14 +217,9 @@ bool refits_alike(mray::Backend& tested, mray::Backend& reference, const vec3& p
     topology.vertex_count = 3;
     const mray::Pose pose(std::vector<vec3>(3, point));
     const mray::Bvh bvh = mray::build_bvh(topology, pose.positions());
-    mray::Bvh trees[2];
-    for (int i = 0; i < 2; ++i) {
-        mray::Backend& backend = i == 0 ? tested : reference;
-        backend.set_scene(topology, pose, bvh);
-        backend.refit(mray::RefitExtent::kAll);
-        backend.read_tree(trees[i]);
-    }
-    return same(trees[0].nodes, trees[1].nodes);
+    for (mray::Backend* const backend : {&tested, &reference})
+        backend->set_scene(topology, pose, bvh);
+    return refits_equal(tested, reference, mray::RefitExtent::kAll);
 }
 
 }  // namespace
@@ -234,12 +236,7 @@ std::string find_difference(mray::Backend& tested, mray::Backend& reference) {
         if (!difference.empty()) return difference;
         for (vec3& p : positions) p = mray::snap_point(p + 0.2f * vec3(p.y, p.z, -p.x));
         pose.move_to(positions);
-        mray::Bvh found, expected;
-        for (mray::Backend* const backend : {&tested, &reference}) backend->refit();
-        tested.read_tree(found);
-        reference.read_tree(expected);
-        if (!same(found.nodes, expected.nodes) || !same(found.leaves, expected.leaves))
-            return "refit";
+        if (!refits_equal(tested, reference)) return "refit";
     }
     const std::string difference = image_difference(tested, reference);
     if (!difference.empty()) return difference;

@@ -10,8 +10,9 @@ namespace morphray::engine {
 
 /// The backend of the scene. SceneOptions::cancel ends its images, too.
 mray::Backend& backend(const Scene& scene);
-/// A copy of the backend on another device, which borrows the scene's pose: after each update of
-/// the scene or read_positions() call refit() or set_tree() first. Throws mray::Error.
+/// A copy of the backend on another device, which borrows the scene's pose: the scene must outlive
+/// it and keep its meshes. After each update of the scene or read_positions() call refit() or
+/// set_tree() first. Throws mray::Error.
 std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene);
 
 /// Reads the positions of all deforming meshes, but leaves the tree as it is. A refit of kAll must

@@ -390,6 +390,9 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     constexpr std::uint32_t kMostPixels = 1u << 20;
     spec.width = std::min(view.width, kMostPixels) * side;
     spec.height = std::min(view.height, kMostPixels) * side;
+    if (auto& pinhole = spec.pinhole)
+        for (double* const pixels : {&pinhole->fx, &pinhole->fy, &pinhole->cx, &pinhole->cy})
+            *pixels *= side;
     if (view.shading != Shading::plain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
     if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
 

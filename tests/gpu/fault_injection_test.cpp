@@ -192,6 +192,39 @@ TEST(FaultInjection, AFrameMayFailAtAnyCallAndBeMadeAgain) {
     }
 }
 
+TEST(FaultInjection, ABodyThatCouldNotBeMovedCanBeMovedAgain) {
+    const TestScene scene = torus(12, 8);
+    std::vector<vec3> rest = scene.world_positions();
+    FaultyDevice device({.force_staging = true});
+    Backend& backend = *device.backend;
+    Pose pose = scene.pose();
+    Bvh expected = built_tree(scene);
+    const auto move = [&](float s) {
+        const Transform transform{{1, -s, 0, 0}, {s, 1, 0, 0}, {0, 0, 1, s}};
+        std::vector<vec3> moved;
+        for (const vec3& p : rest)
+            moved.push_back(scene.space().to_scene(transform_point(transform, p)));
+        pose.move_to(moved);
+        pose.add_body({0, rest, 1, transform, scene.space()});
+        cpu::refit(expected, moved);
+        backend.refit();
+        EXPECT_EQ(tree_hash(backend), bvh_hash(expected));
+    };
+    // A new scene on the device has no rest positions, and none may be left in its memory.
+    const auto set_again = [&] {
+        for (vec3& p : rest) p *= 0.97f;
+        backend.set_scene(scene.topology(), pose, expected);
+    };
+    set_again();
+    const auto recover = [&] {
+        move(0.5f);
+        set_again();
+    };
+    EXPECT_GT(fail_in_turn(
+                  device.faults, [&] { move(0.25f); }, recover),
+              5u);
+}
+
 TEST(FaultInjection, ATreeThatDidNotFitLeavesTheOldOneAtTheNewPose) {
     const TestScene scene = torus(12, 8);
     const std::vector<vec3> moved = swayed(scene, 1);

@@ -42,9 +42,11 @@ fi
 library=$(dirname "$(find "$prefix" -name libmorphray.so)")
 [ "$(readlink "$library/libmorphray.so")" = "libmorphray.so.$major" ] || fail "no link to the soname"
 [[ $("$prefix/bin/morphray" --version) == "morphray $version"* ]] || fail "the program is not $version"
-for file in docs/guide/library.md cmake/morphrayConfig.cmake.in; do
-    grep -q "find_package(morphray $series " "$root/$file" || fail "$file does not look for $series"
+for file in docs/guide/library.md docs/guide/versions.md cmake/morphrayConfig.cmake.in; do
+    grep -q "find_package(morphray $series[ )]" "$root/$file" || fail "$file does not look for $series"
 done
+! grep -rnE 'morphray-[0-9]+\.[0-9]' "$root/docs/guide" | grep -vF "morphray-$version" ||
+    fail "these lines name another version"
 grep -qx "version: $version" "$root/CITATION.cff" || fail "CITATION.cff is not of $version"
 # expect_chart CODE TEXT: how `morphray chart` into a folder that is not empty ends.
 expect_chart() {

@@ -34,12 +34,12 @@ git tag "v$version"
 touch not_committed
 expect_refusal "the checkout has changes"
 rm not_committed
-cmake/release/run python3 >/dev/null
+cmake/release/run 3.11 >/dev/null
 cd build/release-files
 archive=morphray-$version.tar.gz
 [ "$(echo *)" = "NOTES.md SHA256SUMS made.deb made.whl $archive" ] || fail "there are $(echo *)"
 sha256sum --quiet -c SHA256SUMS
-[ "$(cat made.whl)" = python3 ] || fail "no wheel for python3, but for $(cat made.whl)"
+[ "$(cat made.whl)" = 3.11 ] || fail "no wheel for 3.11, but for $(cat made.whl)"
 grep -q '^### ' NOTES.md || fail "the notes have no section"
 ! grep '^## ' NOTES.md || fail "the notes have this heading of a version"
 

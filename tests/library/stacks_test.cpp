@@ -58,6 +58,13 @@ TEST(Stack, EachChannelAloneIsTheSame) {
     EXPECT_TRUE(alone == all);
 }
 
+TEST(PinholeView, HasTheSamplesOfALargerImage) {
+    const Scene scene = make_scene();
+    View view = pinhole_view(0.5, 0.2, 4, 0.3, 40, 30);
+    view.samples = 4;
+    EXPECT_EQ(scene.render(view).hits, scene.render(pinhole_view(0.5, 0.2, 4, 0.3, 80, 60)).hits);
+}
+
 TEST(Stack, RefusesWhatItCannotDo) {
     const Scene scene = make_scene();
     StackArrays arrays(2 * 8 * 8);

@@ -67,7 +67,7 @@ struct View {
     Point up = {0, 1, 0};
     /// Vertical, in degrees, between 0 and 180.
     double fov = 45;
-    /// Takes the place of eye, target, up and fov; `up` stays that of the sky.
+    /// Takes the place of eye, target and fov. `up` is then the direction of the sky alone.
     std::optional<Pinhole> pinhole = {};
     /// Things that are lower than 1/46000 of the way to the light cast no shadow, so a sun is best
     /// put some tens of sizes of the scene away.
@@ -175,9 +175,8 @@ MORPHRAY_API void write_png(const std::string& file, const Image& image);
 ///     char[8]  "MRHITS1\0"
 ///     uint32   width, height, number of images
 ///     then, image after image,
-///         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top: t is
-///         the
-///             depth along the viewing direction; a miss is {infinity, 0, 0, 0xFFFFFFFF}
+///         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top, with
+///             the depth t of Image::hits; a miss is {infinity, 0, 0, 0xFFFFFFFF}
 ///         width * height times uint32: occluded secondary rays
 ///
 /// One thread at a time.

@@ -61,8 +61,7 @@ struct SceneOptions {
     /// bits of all hits: with the same bounds, equal positions give equal bits on all machines and
     /// devices, whatever the poses before. Without it the bounds of the first pose are taken.
     /// Meshes may leave the bounds: as long as they do, scene space is that of bounds and meshes
-    /// together, and hits are as right as ever. build() throws bad_argument if
-    /// they are empty or not within the range of floats.
+    /// together. build() throws bad_argument if they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
     /// The place in the caller's coordinates where world space has its 0. It is subtracted from
     /// positions in double before they are rounded to floats, so that coordinates such as those of
@@ -75,8 +74,7 @@ struct SceneOptions {
     bool record_cost_ratio = false;
     /// If it is given, a tree that build() or update() builds is given up soon after another thread
     /// has made it true, and they throw cancelled: within some milliseconds. After such an
-    /// update() the scene is of no use any more. It must
-    /// outlive the scene.
+    /// update() the scene is of no use any more. The flag must outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
 };
 
@@ -298,8 +296,8 @@ public:
     ///   crossings, and says nothing about inside. T-joints that no triangle closes are holes
     ///   without a width, and self-intersections are overlaps.
     /// - Triangles with a corner that is left out (Update::left_out) do not count, so that a closed
-    ///   mesh that loses some is open; a point that is not finite is
-    ///   outside. Coordinates below 2^-37 of the scene's extent are rounded to 2^-60 of it.
+    ///   mesh that loses some is open; a point that is not finite is outside. Coordinates below
+    ///   2^-37 of the scene's extent are rounded to 2^-60 of it.
     ///
     /// Throws as intersect().
     void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
@@ -359,9 +357,9 @@ public:
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;
 
-    /// The boxes of the tree at a depth, in world space: at 0 that of the whole scene, at 1 those
-    /// of the root's children, and so on; leaves above the depth are left out. Empty below the
-    /// tree. Reads the tree back from a device, which takes O(n).
+    /// The boxes of the tree at a depth, in the caller's coordinates: at 0 that of the whole scene,
+    /// at 1 those of the root's children, and so on; leaves above the depth are left out. Empty
+    /// below the tree. Reads the tree back from a device, which takes O(n).
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;

@@ -128,7 +128,7 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
 }
 
 /// A row of `cameras` has to_world, fx, fy, cx and cy of a Pinhole, or eye, target and up. `arrays`
-/// has one for each channel, of the right size (morphray/__init__.py).
+/// has one for each channel, of the right size (morphray/_views.py).
 void render_views(PyScene& scene, const py::array_t<double, py::array::c_style>& cameras,
                   double fov, const std::pair<std::uint32_t, std::uint32_t>& size,
                   const py::dict& arrays, Cancel* cancel) {
@@ -398,8 +398,9 @@ void bind_scene(py::module_& module) {
 
 points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.ndarray, or what has
            __dlpack__ on the CPU. Borrowed: each update() reads the array in place, so write into it
-           (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list is copied: later poses are given to update(). Triangles with
-           points that are NaN or infinite are never hit.
+           (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list is
+           copied: later poses are given to update(). Triangles with points that are NaN or infinite are
+           never hit.
 triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
            with geom_ids 0, 1, ... in order.

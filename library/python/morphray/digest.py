@@ -1,5 +1,6 @@
 """`python -m morphray.digest` prints the digest of each device: of the CPU with each instruction set and
-without any ("off"), and of each Vulkan device. It ends with 1 if one is not morphray.DIGEST."""
+without any ("off"), and of each Vulkan device. It ends with 1 if one is not morphray.DIGEST, or
+cannot be used."""
 
 import sys
 
@@ -9,10 +10,12 @@ from . import DIGEST, Device, Error, simd_targets, vulkan_devices
 def main():
     """Returns the exit code."""
     devices = [Device.cpu(simd=simd) for simd in [*simd_targets(), "off"]]
+    usable = []
     try:
-        devices += [Device.vulkan(str(d.index)) for d in vulkan_devices() if not d.unusable]
+        usable = [str(device.index) for device in vulkan_devices() if not device.unusable]
     except Error as error:
         print(error, file=sys.stderr)
+    devices += [Device.vulkan(index) for index in usable]
     digests = [device.digest() for device in devices]
     for device, digest in zip(devices, digests):
         print(f"{digest:016x}  {device.name}: {device.description}")

@@ -191,8 +191,10 @@ void MeshList::read_rest(std::uint32_t geom_id, std::size_t first, std::size_t c
     MeshSlot& mesh = slots_[geom_id];
     if (!mesh.transform) return;
     mesh.rest.resize(mesh.positions.count);
-    for (std::size_t i = first; i < first + count; ++i)
-        mesh.rest[i] = mray::Origin().to_world(load(mesh.positions, i));
+    mesh.for_each_used(first, first + count, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            mesh.rest[i] = mray::Origin().to_world(load(mesh.positions, i));
+    });
     const auto is_normal = [](float x) { return x == 0 || std::isnormal(x); };
     mesh.rest_is_normal = std::ranges::all_of(mesh.rest, [&](const mray::vec3& p) {
         return is_normal(p.x) && is_normal(p.y) && is_normal(p.z);

@@ -31,7 +31,7 @@ void for_each_run(const MeshSlot& mesh, const mray::Origin& origin, std::size_t 
                   std::size_t end, Use use) {
     const Positions& positions = mesh.positions;
     const auto* bytes = static_cast<const std::byte*>(positions.data);
-    // By value: floats that are written cannot be those of the matrix.
+    // By value, so that no store to `read` makes the compiler load the matrix again.
     const auto make = [&, transform = mesh.transform, rest = mesh.rest.data()](std::size_t i) {
         return transform ? mray::transform_point(*transform, rest[i])
                          : origin.to_world(load(positions, i));

@@ -96,7 +96,7 @@ TEST(Pose, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
 }
 
 TEST(Pose, TellsEachBlockWithAMovedVertexAndNoOther) {
-    // Several stretches and tasks, and a last block that is not whole.
+    // Several tasks, and a last block that is not whole.
     std::vector<vec3> positions(70005, vec3(0.5f));
     Pose pose(positions);
     Random random(7);

@@ -4,6 +4,8 @@ import pathlib
 import subprocess
 import sys
 
+import pytest
+
 EXAMPLES = pathlib.Path(__file__).resolve().parents[3] / "library/examples"
 
 
@@ -12,8 +14,10 @@ def digest_of(program, *arguments):
                           text=True, check=True).stdout.split()[0]
 
 
-def test_depth_cameras():
-    small = ["--steps", "3", "--cameras", "5", "--size", "24"]
-    digests = {digest_of("depth_cameras.py", *small, *how) for how in [
+@pytest.mark.parametrize("program, small", [
+    ("depth_cameras.py", ["--steps", "3", "--cameras", "5", "--size", "24"]),
+    ("lidar.py", ["--sweeps", "2", "--updates", "3", "--columns", "50"])])
+def test_example(program, small):
+    digests = {digest_of(program, *small, *how) for how in [
         ["--threads", "1"], ["--threads", "2"], ["--device", "brute"]]}
     assert len(digests) == 1 and len(digests.pop()) == 32

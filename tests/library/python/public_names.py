@@ -20,7 +20,8 @@ use(cancel.is_set(), morphray.__version__, morphray.simd_targets())
 for info in morphray.vulkan_devices():
     use(info.index, info.name, info.type, info.driver, info.uuid, info.memory_bytes, info.unusable)
 cpu = morphray.Device.cpu(threads=2, simd="off")
-use(morphray.Device.vulkan("llvmpipe", validate=True).name, morphray.Device.brute_force().description)
+use(morphray.Device.vulkan("llvmpipe", validate=True).name, morphray.Device.brute_force().description,
+    cpu.digest() == morphray.DIGEST)
 
 textures = morphray.Textures(np.zeros((2, 2, 3), np.uint8), np.zeros((1, 3, 2), np.float32), wrap="clamp")
 mesh = morphray.Mesh(points, triangles, deforms=False, textures=textures)
@@ -31,6 +32,8 @@ scene.detach(scene.attach(points, triangles, False, None, textures))
 update: morphray.Update = scene.update(0, first=1, count=1)
 use(scene.update_with_new_bounds(), update.cost_ratio, update.read_ms, update.upload_ms, update.refit_ms,
     update.decide_ms, update.restructure_ms, update.rebuild_ms, update.build_pending)
+use(scene.update(poses=np.zeros((1, 3, 4)), geom_ids=[0]),
+    scene.render_views([(0, 0, 9)], (0, 0, 0), channels=("depth", "uv"), out={})["depth"])
 left: List[morphray.LeftOut] = scene.last_update().left_out
 use(left[0].geom_id, left[0].not_finite, left[0].too_far)
 edges: morphray.EdgeCounts = scene.edge_counts()
