@@ -1,5 +1,5 @@
 // Splits by bins, compiled once for each target: loops over refs; the costs of splits for three
-// axes at once; bins; the steps of a set that is split in chunks.
+// axes at once; bins; the steps of a set that is split by a sample.
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -103,13 +103,13 @@ HWY_INLINE Float4 minus_extent(Float8 planes) {
     return min(low_half(planes) + high_half(planes), splat4(0.0f));
 }
 
-/// The cost of a part for each axis: half the area of its box, times its triangles and kPartCost.
-HWY_INLINE Float4 part_costs(const AxisBoxes& boxes, Int4 count) {
+/// The cost of a part for each axis: half the area of its box, times its triangles and part_cost.
+HWY_INLINE Float4 part_costs(const AxisBoxes& boxes, Int4 count, float part_cost) {
     Float4 d[3];
     transpose3(minus_extent(boxes.planes[0]), minus_extent(boxes.planes[1]),
                minus_extent(boxes.planes[2]), d);
     const Float4 area = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-    return area * (to_float(count) + splat4(kPartCost));
+    return area * (to_float(count) + splat4(part_cost));
 }
 
 /// The cheapest split so far on each axis, which is a lane: the first of several.
@@ -162,21 +162,24 @@ HWY_INLINE std::size_t partition_refs(std::span<const PrimRef> refs, PrimRef* ou
 
 // ---- Bins
 
-HWY_INLINE void clear(Bins& bins) {
-    for (Bin& bin : bins) {
-        for (float* const planes : bin.planes) store(splat8(kEmptyPlane), planes);
-        store(splat4(0), bin.count);
-    }
-}
-
-class BinFiller {
+/// The bins of a set of refs.
+class Bins {
 public:
-    HWY_INLINE BinFiller(const Binning& binning, Bins& bins)
-        : bins_(reinterpret_cast<std::byte*>(bins.data())),
+    HWY_INLINE explicit Bins(const Binning& binning)
+        : size_(binning.bins),
           lower_(load4(binning.lower)),
-          scale_(load4(binning.scale)) {}
+          scale_(load4(binning.scale)),
+          most_(splat4(static_cast<float>(static_cast<int>(size_ - 1)))) {
+        for (std::size_t i = 0; i < size_; ++i) {
+            for (float* const planes : bins_[i].planes) store(splat8(kEmptyPlane), planes);
+            store(splat4(0), bins_[i].count);
+        }
+    }
 
-    HWY_INLINE void add(std::span<const PrimRef> refs) const {
+    HWY_INLINE std::size_t size() const { return size_; }
+    HWY_INLINE const Bin& operator[](std::size_t i) const { return bins_[i]; }
+
+    HWY_INLINE void add(std::span<const PrimRef> refs) {
         // A bin takes long to find, and meanwhile the loads after its store wait. So the bins of a
         // block are found first (lab/notes/build_and_refit.md).
         constexpr std::size_t kBlock = 16;
@@ -214,43 +217,45 @@ private:
         const Float4 bin = min(max((centroid2 - lower_) * scale_, least_), most_);
         store(floor_shifted<kBinShift>(bin), offsets.axis);
     }
-    HWY_INLINE void extend(const Offsets& offsets, const PrimRef& ref) const {
+    HWY_INLINE void extend(const Offsets& offsets, const PrimRef& ref) {
         const Float8 own = load8(ref.planes);
         const auto triangles = static_cast<std::int32_t>(ref.triangle_count());
         for (int axis = 0; axis < 3; ++axis) {
-            Bin& b = *reinterpret_cast<Bin*>(bins_ + offsets.axis[axis]);
+            Bin& b =
+                *reinterpret_cast<Bin*>(reinterpret_cast<std::byte*>(bins_) + offsets.axis[axis]);
             store(min(load8(b.planes[axis]), own), b.planes[axis]);
             b.count[axis] += triangles;
         }
     }
 
-    std::byte* bins_;
+    Bin bins_[kBins];
+    std::size_t size_;
     Float4 lower_;
     Float4 scale_;
     Float4 least_ = splat4(0.0f);
-    Float4 most_ = splat4(static_cast<float>(kBins - 1));
+    Float4 most_;
 };
 
 /// The boundary with the least sum of part_costs on both sides; position 0 if there is none.
-HWY_INLINE Split best_boundary(const Bins& bins) {
+HWY_INLINE Split best_boundary(const Bins& bins, float part_cost) {
     Float4 right_cost[kBins];
     AxisBoxes right;
     Int4 count = splat4(0);
-    for (std::size_t i = kBins; --i > 0;) {
+    for (std::size_t i = bins.size(); --i > 0;) {
         right.extend(bins[i]);
         count = count + load4(bins[i].count);
-        right_cost[i] = part_costs(right, count);
+        right_cost[i] = part_costs(right, count, part_cost);
     }
     const Int4 none = splat4(0);
     const Int4 total = count + load4(bins[0].count);
     AxisBoxes left;
     count = none;
     CheapestSplits splits;
-    for (std::size_t i = 1; i < kBins; ++i) {
+    for (std::size_t i = 1; i < bins.size(); ++i) {
         left.extend(bins[i - 1]);
         count = count + load4(bins[i - 1].count);
         splits.consider(differ(count, none) & differ(count, total),
-                        part_costs(left, count) + right_cost[i], i, count);
+                        part_costs(left, count, part_cost) + right_cost[i], i, count);
     }
     return splits.best();
 }
@@ -277,43 +282,33 @@ private:
     float end_;
 };
 
+Split choose_boundary(std::span<const PrimRef> refs, float part_cost, Binning& binning) {
+    binning = Binning(bound_centroids(refs), refs.size());
+    Bins bins(binning);
+    bins.add(refs);
+    return best_boundary(bins, part_cost);
+}
+
 PartSize split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
-    const Binning binning(bound_centroids(refs));
-    Bins bins;
-    clear(bins);
-    BinFiller(binning, bins).add(refs);
-    const Split best = best_boundary(bins);
+    Binning binning;
+    const Split best = choose_boundary(refs, kPartCost, binning);
     if (best.position == 0) return {};
     return {partition_refs(refs, out, 0, best.left_size, LeftOf(best, binning)), best.left_size,
             best.cost};
 }
 
-// ---- The steps of a set that is split in chunks
+// ---- The steps of a set that is split by a sample, in chunks
 
-void bin_chunk(std::span<const PrimRef> refs, const Binning& binning, Bins& bins) {
-    clear(bins);
-    BinFiller(binning, bins).add(refs);
-}
-
-Split best_of_chunks(std::span<const Bins> chunks) {
-    Bins sum = chunks[0];
-    for (const Bins& chunk : chunks.subspan(1)) {
-        for (std::size_t i = 0; i < kBins; ++i) {
-            Bin& to = sum[i];
-            const Bin& from = chunk[i];
-            for (int axis = 0; axis < 3; ++axis)
-                store(min(load8(to.planes[axis]), load8(from.planes[axis])), to.planes[axis]);
-            store(load4(to.count) + load4(from.count), to.count);
-        }
-    }
-    return best_boundary(sum);
-}
-
-std::size_t count_left(std::span<const PrimRef> refs, const Binning& binning, const Split& split) {
+PartSize count_left(std::span<const PrimRef> refs, const Binning& binning, const Split& split) {
     const LeftOf is_left(split, binning);
-    std::size_t count = 0;
-    for (const PrimRef& ref : refs) count += is_left(ref) ? 1 : 0;
-    return count;
+    PartSize left;
+    for (const PrimRef& ref : refs) {
+        // No branch: it would be mispredicted half of the time.
+        const std::uint32_t one = is_left(ref) ? 1 : 0;
+        left.refs += one;
+        left.triangles += -one & ref.triangle_count();
+    }
+    return left;
 }
 
 void divide_chunk(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,

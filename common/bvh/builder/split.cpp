@@ -6,8 +6,6 @@
 #include <bit>
 #include <vector>
 
-#include "common/base/aligned_vector.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/bvh/builder/split.cpp"
 #include <hwy/foreach_target.h>
@@ -26,48 +24,50 @@ HWY_EXPORT(make_refs);
 HWY_EXPORT(union_of);
 HWY_EXPORT(bound_centroids);
 HWY_EXPORT(split_at_once);
-HWY_EXPORT(bin_chunk);
-HWY_EXPORT(best_of_chunks);
+HWY_EXPORT(choose_boundary);
 HWY_EXPORT(count_left);
 HWY_EXPORT(divide_chunk);
 
-// Sets of two chunks or more are bounded, binned and divided by chunks, each a task.
+// So many refs of a larger set find its boundary: trees of 256 cost 1 % more, with 2,048 builds
+// take 1.02 of the time (lab/notes/build_and_refit.md).
+constexpr std::size_t kSample = 512;
+// Refs of a task, whatever the number of threads.
 constexpr std::size_t kChunk = 8192;
 
-/// Boxes and counts do not depend on the order in which chunks are added, nor places on the thread
-/// that writes them: so neither does the result on the number of threads.
-PartSize split_in_chunks(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+/// Places do not depend on the thread that writes them: so the result is that of any threads.
+PartSize split_by_sample(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+    PrimRef sample[kSample];
+    for (std::size_t i = 0; i < kSample; ++i) sample[i] = refs[i * refs.size() / kSample];
+    const float refs_each = static_cast<float>(refs.size()) / kSample;
+    Binning binning;
+    const Split best = SIMD_FUNCTION(choose_boundary, target)(std::span<const PrimRef>(sample),
+                                                              kPartCost / refs_each, binning);
+    // Centroids of others than the sample may differ.
+    if (best.position == 0) return SIMD_FUNCTION(split_at_once, target)(refs, out);
+
     const std::size_t chunk_count = (refs.size() + kChunk - 1) / kChunk;
     const auto for_each_chunk = [&](auto step) {
         tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t i) {
             step(i, refs.subspan(i * kChunk, std::min(kChunk, refs.size() - i * kChunk)));
         });
     };
-    std::vector<Box> bounds(chunk_count);
-    for_each_chunk([&](std::size_t i, std::span<const PrimRef> chunk) {
-        bounds[i] = centroid_bounds(chunk, target);
-    });
-    for (const Box& b : bounds) bounds[0].extend(b);
-    const Binning binning(bounds[0]);
-    AlignedVector<Bins> bins(chunk_count);
-    for_each_chunk(
-        [&, bin_chunk = SIMD_FUNCTION(bin_chunk, target)](
-            std::size_t i, std::span<const PrimRef> chunk) { bin_chunk(chunk, binning, bins[i]); });
-    const Split best = SIMD_FUNCTION(best_of_chunks, target)(bins);
-    if (best.position == 0) return {};
-
-    std::vector<std::size_t> left_before(chunk_count + 1, 0);
+    std::vector<PartSize> left_before(chunk_count + 1);
     for_each_chunk([&, count_left = SIMD_FUNCTION(count_left, target)](
                        std::size_t i, std::span<const PrimRef> chunk) {
         left_before[i + 1] = count_left(chunk, binning, best);
     });
-    for (std::size_t i = 0; i < chunk_count; ++i) left_before[i + 1] += left_before[i];
+    for (std::size_t i = 0; i < chunk_count; ++i) {
+        left_before[i + 1].refs += left_before[i].refs;
+        left_before[i + 1].triangles += left_before[i].triangles;
+    }
+    PartSize left = left_before.back();
     for_each_chunk([&, divide_chunk = SIMD_FUNCTION(divide_chunk, target)](
                        std::size_t i, std::span<const PrimRef> chunk) {
-        divide_chunk(chunk, out, left_before[i], best.left_size + i * kChunk - left_before[i],
-                     binning, best);
+        const std::size_t before = left_before[i].refs;
+        divide_chunk(chunk, out, before, left.triangles + i * kChunk - before, binning, best);
     });
-    return {left_before.back(), best.left_size, best.cost};
+    left.cost = best.cost * refs_each;
+    return left;
 }
 
 // One an octave: the largest boxes are in the first, all below 2^-15 of their area in the last.
@@ -123,8 +123,8 @@ Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target) {
 }
 
 PartSize split_binned(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
-    return refs.size() >= 2 * kChunk ? split_in_chunks(refs, out, target)
-                                     : SIMD_FUNCTION(split_at_once, target)(refs, out);
+    return refs.size() >= 2 * kSample ? split_by_sample(refs, out, target)
+                                      : SIMD_FUNCTION(split_at_once, target)(refs, out);
 }
 
 PartSize split_median(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {

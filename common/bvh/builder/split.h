@@ -1,7 +1,6 @@
 // A set of triangles as the builder sees it, and choosing where to divide it.
 #pragma once
 
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -88,7 +87,7 @@ struct PartSize {
 // threads nor on the target: equal costs are decided by axis, then position; centroids by prim_id.
 
 /// Bins over the bounds of the centroids (I. Wald. On fast construction of SAH-based bounding
-/// volume hierarchies. 2007). Parallel for large sets.
+/// volume hierarchies. 2007). For large sets a sample finds the place, and all threads divide.
 PartSize split_binned(std::span<const PrimRef> refs, PrimRef* out,
                       const SimdTarget& target = best_simd_target());
 
@@ -116,20 +115,24 @@ struct Split {
 inline constexpr float kPartCost = 12;
 // Bins an axis: more make the build 7 % slower, the tree no better (lab/notes/build_and_refit.md).
 inline constexpr std::size_t kBins = 16;
+// For sets of at most so many refs half as many bins do.
+inline constexpr std::size_t kFewRefs = 32;
 
 /// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
-/// [0, kBins - 1] and rounded down. Lane 3 and axes along which no refs differ have scale 0.
+/// [0, bins - 1] and rounded down. Lane 3 and axes along which no refs differ have scale 0.
 struct Binning {
-    /// bounds: those of twice the centroids.
-    explicit Binning(const Box& bounds) {
+    Binning() = default;
+    /// bounds: those of twice the centroids of a set of so many refs.
+    Binning(const Box& bounds, std::size_t refs) : bins(refs <= kFewRefs ? kBins / 2 : kBins) {
         for (int axis = 0; axis < 3; ++axis) {
             lower[axis] = bounds.lower[axis];
             const float extent = bounds.upper[axis] - bounds.lower[axis];
-            // A hair less than kBins, so that the largest centroid falls into the last bin.
-            if (extent > 0) scale[axis] = kBins * 0.9999f / extent;
+            // A hair less than `bins`, so that the largest centroid falls into the last bin.
+            if (extent > 0) scale[axis] = static_cast<float>(bins) * 0.9999f / extent;
         }
     }
 
+    std::size_t bins = kBins;
     alignas(16) float lower[4] = {};
     alignas(16) float scale[4] = {};
 };
@@ -141,8 +144,6 @@ struct alignas(32) Bin {
     /// Triangles for each axis; count[3] is 0.
     std::int32_t count[4];
 };
-
-using Bins = std::array<Bin, kBins>;
 
 // ---- Large triangles apart from small ones
 

@@ -83,10 +83,11 @@ void expect_same_sound_tree_for_any_threads(const TestScene& scene) {
     }
 }
 
-// Around the sizes at which the builder goes from leaves to bins, to tasks, to chunks.
+// Around the sizes at which the builder goes from leaves to bins, to samples, to tasks, to chunks.
 TEST(BvhBuilder, GivesTheSameSoundTreeForAnyNumberOfThreadsAtEverySize) {
-    for (const std::uint32_t size : {1u, 5u, 6u, 16u, 17u, 24u, 25u, 64u, 65u, 2047u, 2048u, 4096u,
-                                     16383u, 16384u, 16385u, 24576u, 24577u, 40000u}) {
+    for (const std::uint32_t size :
+         {1u,    5u,    6u,    16u,   17u,    24u,    25u,    64u,    65u,    1023u,
+          1024u, 2047u, 2048u, 4096u, 16383u, 16384u, 16385u, 24576u, 24577u, 40000u}) {
         SCOPED_TRACE(size);
         expect_same_sound_tree_for_any_threads(test::random_soup(size, 0.02, size));
     }
@@ -98,7 +99,7 @@ TEST(BvhBuilder, GivesTheSameSoundTreeOfQuadranglesForAnyNumberOfThreads) {
 }
 
 TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
-    const TestScene scene = test::random_soup(3000, 0.1, 9);
+    const TestScene scene = test::random_soup(1000, 0.1, 9);  // fewer than a sample
     std::vector<uvec3> reversed = scene.topology().triangles;
     std::reverse(reversed.begin(), reversed.end());
     const BvhStats a = bvh_stats(build(scene));
@@ -106,6 +107,18 @@ TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
     EXPECT_EQ(a.sah_cost, b.sah_cost);
     EXPECT_EQ(a.node_count, b.node_count);
     EXPECT_EQ(a.leaf_count, b.leaf_count);
+}
+
+TEST(BvhBuilder, DividesASetWhoseSampleCoincides) {
+    test::Shape shape;
+    for (int i = 0; i < 2000; ++i) {
+        const double x = i == 1 ? 9 : 0;
+        shape.add_triangle({x, 0, 0}, {x, 1, 0}, {x, 0, 1});
+    }
+    const Bvh bvh = build_sound(shape);
+    EXPECT_TRUE(std::ranges::any_of(bvh.leaves, [](const Leaf& leaf) {
+        return leaf.prim_id[0] == 1 && leaf.prim_id[1] == kNoPrim;
+    }));
 }
 
 TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelFewTrianglesAtATime) {
