@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <compare>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,22 @@ inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTria
         repeated.begin(), repeated.end(), RepeatedTriangle{first, 0},
         [](const RepeatedTriangle& a, const RepeatedTriangle& b) { return a.first < b.first; });
     return {begin, end};
+}
+
+/// Tells if a triangle exists for the point with this number in a query.
+using SeesTriangle = std::function<bool(std::size_t point, std::uint32_t prim_id)>;
+/// For a point for which every triangle exists.
+struct SeesAll {
+    bool operator()(std::uint32_t) const { return true; }
+};
+
+/// The first of `prim_id` and its repeats for which sees(prim_id) is true, or kNoPrim.
+template <class Sees>
+std::uint32_t first_seen(const Bvh& bvh, std::uint32_t prim_id, Sees sees) {
+    if (sees(prim_id)) return prim_id;
+    for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
+        if (sees(repeat.prim_id)) return repeat.prim_id;
+    return kNoPrim;
 }
 
 /// Adds triangles to those that a tree has in no leaf.

@@ -296,7 +296,9 @@ public:
             if (distance2[slot] <= plain_most_) use(slot);
     }
 
-    void add(const Leaf& leaf) {
+    /// number_of(prim_id) is the triangle's prim_id, or kNoPrim if it does not exist.
+    template <class NumberOf>
+    void add(const Leaf& leaf, NumberOf number_of) {
         std::array<double, kLeafVertices> least;
         for (std::uint32_t i = 0; i < kLeafVertices; ++i)
             least[i] = least_from_middle(leaf.vertex[i]);
@@ -306,7 +308,9 @@ public:
             if (!is_open(least[corner(packed, 0)]) && !is_open(least[corner(packed, 1)]) &&
                 !is_open(least[corner(packed, 2)]))
                 continue;
-            add(triangle_of(leaf, slot));
+            NumberedTriangle triangle = triangle_of(leaf, slot);
+            triangle.prim_id = number_of(triangle.prim_id);
+            if (triangle.prim_id != kNoPrim) add(triangle);
         }
     }
 
@@ -460,7 +464,12 @@ NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle>
     return choice.closest();
 }
 
-NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p) {
+NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p, const SeesTriangle& sees,
+                               std::size_t number) {
+    const auto number_of = [&](std::uint32_t prim_id) {
+        if (!sees) return prim_id;
+        return first_seen(bvh, prim_id, [&](std::uint32_t own) { return sees(number, own); });
+    };
     const Box bounds = node_box(bvh.nodes[0]);
     ClosestChoice choice(p, bounds.lower, bounds.upper);
     struct Entry {
@@ -473,7 +482,7 @@ NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p) {
         const Entry entry = stack[--size];
         if (!choice.is_open(entry.least)) continue;
         if (is_leaf(entry.child)) {
-            choice.add(bvh.leaves[leaf_of(entry.child)]);
+            choice.add(bvh.leaves[leaf_of(entry.child)], number_of);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];

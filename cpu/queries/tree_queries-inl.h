@@ -4,6 +4,7 @@
 #include <bit>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "cpu/single_ray/walks-inl.h"
@@ -257,13 +258,28 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
 
 #endif  // HWY_TARGET
 
+// ---- Filters
+
+template <class Sees>
+inline constexpr bool kSeesAll = std::is_same_v<Sees, SeesAll>;
+inline constexpr auto kUnfiltered = [](std::size_t) { return SeesAll{}; };
+
+/// Calls work(sees_of), where sees_of(i) is the filter of point i of a query.
+template <class Query, class Work>
+HWY_INLINE void with_filter(const Query& query, Work work) {
+    if (query.sees == nullptr) return work(kUnfiltered);
+    work([&](std::size_t i) {
+        return [&query, i](std::uint32_t prim_id) { return (*query.sees)(i, prim_id); };
+    });
+}
+
 // ---- Windings
 
-/// Counts the crossings of a point with a leaf's triangles; uncertain(prim_id) is called for those
-/// that floats cannot decide on.
-template <class Uncertain>
+/// Counts the crossings of a point with a leaf's triangles if sees(prim_id) is true for them;
+/// uncertain(prim_id) is called for those that floats cannot decide on.
+template <class Sees, class Uncertain>
 HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::Float3& p,
-                                 FloatWinding& winding, Uncertain uncertain) {
+                                 FloatWinding& winding, Sees sees, Uncertain uncertain) {
     for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                 const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
         const lanes::FloatCrossing crossing = lanes::float_crossing(p, a, b, c);
@@ -271,12 +287,12 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::
             for (std::uint32_t bits = bits_of(of & used); bits != 0; bits &= bits - 1) {
                 const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
                 const std::uint32_t prim_id = leaf.prim_id[slot_of(lane)];
-                visit(prim_id);
+                if (sees(prim_id)) visit(prim_id);
                 for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
-                    visit(repeat.prim_id);
+                    if (sees(repeat.prim_id)) visit(repeat.prim_id);
             }
         };
-        if (bvh.repeated.empty()) [[likely]] {
+        if (kSeesAll<Sees> && bvh.repeated.empty()) [[likely]] {
             const auto up = static_cast<std::int32_t>(count(crossing.is_up & used));
             const auto down = static_cast<std::int32_t>(count(crossing.is_down & used));
             winding.winding += up - down;
@@ -296,8 +312,8 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::
 }
 
 /// Adds the number of leaves visited to `leaves`.
-template <class Uncertain>
-HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& leaves,
+template <class Sees, class Uncertain>
+HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& leaves, Sees sees,
                                     Uncertain uncertain) {
     FloatWinding winding;
     const lanes::Float3 p(clipped_point(point));
@@ -309,7 +325,7 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
     };
     for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
         ++leaves;
-        wind_around_leaf(bvh, leaf, p, winding, uncertain);
+        wind_around_leaf(bvh, leaf, p, winding, sees, uncertain);
         return true;
     });
     return winding;
@@ -465,7 +481,8 @@ public:
     }
 
     /// Appends the triangles whose bound is at most `most`, or kNoPrim if they were too many.
-    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most) {
+    template <class Sees>
+    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most, Sees sees) {
         keep_within(most);
         if (least_lost_ <= most) {
             rivals.triangles.push_back({kNoPrim, {}});
@@ -474,6 +491,8 @@ public:
         for (std::size_t i = 0; i < count_; ++i) {
             const std::uint32_t place = near_[i].place;
             rivals.triangles.push_back(triangle_of(bvh.leaves[place / kWidth], place % kWidth));
+            std::uint32_t& prim_id = rivals.triangles.back().prim_id;
+            prim_id = first_seen(bvh, prim_id, sees);
         }
     }
 
@@ -498,10 +517,12 @@ private:
 
 /// Searches for the closest triangle to a point by the rule, and for its rivals, which may be
 /// closer exactly. Rivals are found on the way, since they are in the same leaves.
+template <class Sees>
 class ClosestSearch {
 public:
-    /// Triangles farther than `closest` do not count.
-    HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest) : p_(point), closest_(closest) {
+    /// Triangles farther than `closest` do not count, nor those without sees(prim_id).
+    HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest, Sees sees)
+        : p_(point), closest_(closest), sees_(sees) {
         const FloatVec farthest = lanes::largest_component(p_);
         point_error_ = splat(kPointRounding) * (farthest + splat(1.0f));
         // No corner is farther on an axis.
@@ -532,7 +553,7 @@ public:
 
     const ClosestTriangle& closest() const { return closest_; }
     HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh) {
-        if (closest_.prim_id != kNoPrim) near_.append_to(rivals, bvh, most_);
+        if (closest_.prim_id != kNoPrim) near_.append_to(rivals, bvh, most_, sees_);
         rivals.ends.push_back(static_cast<std::uint32_t>(rivals.triangles.size()));
     }
 
@@ -569,17 +590,26 @@ private:
             const FloatVec d = hn::Sqrt(d2);
             const FloatVec least = d - splat(kRuleExcess) * size;
             near = near & (least <= splat(most_));
-            if (none(near)) return;
             const auto for_each_of = [&](Mask lanes, auto use) HWY_ATTR {
                 for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1)
                     use(static_cast<std::uint32_t>(std::countr_zero(bits)));
             };
+            if constexpr (!kSeesAll<Sees>) {
+                std::uint32_t seen = 0;
+                for_each_of(near, [&](std::uint32_t i) {
+                    const std::uint32_t first = leaf.prim_id[slot_of(i)];
+                    if (first_seen(bvh, first, sees_) != kNoPrim) seen |= 1u << i;
+                });
+                near = mask_of(seen);
+            }
+            if (none(near)) return;
             HWY_ALIGN float values[kLanes];
             const Mask closer = near & (d2 <= splat(closest_.d2));
             if (!none(closer)) {
                 store(d2, values);
                 for_each_of(closer, [&](std::uint32_t i) {
-                    const std::uint32_t prim_id = leaf.prim_id[slot_of(i)];
+                    const std::uint32_t first = leaf.prim_id[slot_of(i)];
+                    const std::uint32_t prim_id = first_seen(bvh, first, sees_);
                     if (is_closer(values[i], prim_id, closest_.d2, closest_.prim_id))
                         closest_ = {values[i], prim_id};
                 });
@@ -598,6 +628,7 @@ private:
     /// The exactly closest triangle is no farther than this; the square is rounded up.
     float most_, most_d2_;
     NearTriangles near_;
+    [[no_unique_address]] Sees sees_;
 };
 
 }  // namespace mray::cpu::HWY_NAMESPACE

@@ -76,12 +76,13 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
         uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
     };
     // Returns the number of leaves visited.
-    const auto wind_one_by_one = [&](std::size_t first, std::size_t count) {
+    const auto wind_one_by_one = [&](std::size_t first, std::size_t count, auto sees_of) {
         std::size_t leaves = 0;
         for (std::size_t i = first; i < first + count; ++i) {
             query.watch.throw_if_cancelled();
-            query.windings[i] = wind_around(
-                bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
+            query.windings[i] =
+                wind_around(bvh, points[i], leaves, sees_of(i),
+                            [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
         }
         return leaves;
     };
@@ -104,7 +105,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     };
     // Calls about fewer points come in any order, and their bundles would be wide.
     constexpr std::size_t kManyPoints = 256;
-    if (points.size() >= kManyPoints) {
+    if (points.size() >= kManyPoints && query.sees == nullptr) {
         BundleChoice choice;
         for (std::size_t first = 0; first < points.size(); first += kLanes) {
             query.watch.throw_if_cancelled();
@@ -116,23 +117,28 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
                 }
                 choice.gave_up();
             }
-            choice.add(count, wind_one_by_one(first, count));
+            choice.add(count, wind_one_by_one(first, count, kUnfiltered));
         }
         return;
     }
 #endif
-    wind_one_by_one(0, points.size());
+    with_filter(query, [&](auto sees_of) { wind_one_by_one(0, points.size(), sees_of); });
 }
 
-void answer(const Bvh& bvh, const ClosestQuery& query) {
+template <class SeesOf>
+void find_closest(const Bvh& bvh, const ClosestQuery& query, SeesOf sees_of) {
     std::uint32_t near_leaf = kNoPrim;
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.watch.throw_if_cancelled();
-        ClosestSearch search(query.points[i], {query.most_d2, kNoPrim});
+        ClosestSearch search(query.points[i], {query.most_d2, kNoPrim}, sees_of(i));
         search.search(bvh, near_leaf);
         query.closest[i] = search.closest();
         if (query.rivals != nullptr) search.append_to(*query.rivals, bvh);
     }
+}
+
+void answer(const Bvh& bvh, const ClosestQuery& query) {
+    with_filter(query, [&](auto sees_of) { find_closest(bvh, query, sees_of); });
 }
 
 void answer_batch(const Bvh& bvh, const QueryBatch& batch) {

@@ -136,6 +136,7 @@ void BruteTracer::answer(const WindingQuery& query) const {
         const vec3 p = clipped_point(query.points[i]);
         const auto count = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
             if (!finite_vertices(a, b, c)) return;
+            if (query.sees != nullptr && !(*query.sees)(i, prim_id)) return;
             const FloatCrossing crossing = float_crossing(p, a, b, c);
             query.windings[i].winding += crossing.is_up - crossing.is_down;
             query.windings[i].crossings += crossing.is_up || crossing.is_down;
@@ -157,6 +158,7 @@ void BruteTracer::answer(const ClosestQuery& query) const {
         float most = std::numeric_limits<float>::infinity();
         const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
             if (!finite_vertices(a, b, c)) return;
+            if (query.sees != nullptr && !(*query.sees)(i, prim_id)) return;
             const float d2 = triangle_distance2(p, a, b, c);
             if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
             const float size = std::max(

@@ -7,6 +7,7 @@
 #include "cpu/queries/tree_queries.h"
 #include "cpu/simd/rounding_bounds.h"
 #include "library/src/query_batches.h"
+#include "library/src/query_filter.h"
 
 namespace morphray {
 namespace {
@@ -67,6 +68,7 @@ bool is_within(const mray::dvec3& p) { return largest_of(p) <= kMostPoint; }
 /// Points in scene space; those that are not finite have is_finite 0 and some place.
 struct ScenePoints {
     std::span<const Vec3> world;
+    QueryFilter filter;
     std::vector<mray::vec3> points;
     /// Before they were rounded, or brought nearer.
     std::vector<mray::dvec3> exact;
@@ -74,7 +76,9 @@ struct ScenePoints {
     /// The order of the queries; empty for the one given.
     std::vector<std::uint32_t> order;
 
-    ScenePoints(const RaySpace& space, std::span<const Vec3> asked, PointOrder by) : world(asked) {
+    ScenePoints(const RaySpace& space, std::span<const Vec3> asked, const QueryFilter& seen,
+                PointOrder by)
+        : world(asked), filter(seen) {
         points.resize(world.size(), mray::vec3(0, 0, 0));
         exact.resize(world.size(), mray::dvec3(0, 0, 0));
         is_finite.resize(world.size());
@@ -88,20 +92,28 @@ struct ScenePoints {
     void sort(PointOrder by) {
         if (points.size() > kFewPoints) order = order_points(points, by);
     }
+    /// What the points index(i) see; empty if they see all.
+    template <class Index>
+    mray::SeesTriangle sees(Index index) const {
+        if (filter.sees_all()) return {};
+        return [this, index](std::size_t i, std::uint32_t prim_id) {
+            return filter.sees(index(i), prim_id);
+        };
+    }
 };
 
-/// Calls work(points, answers) for blocks of points. Throws Error for options of rays.
+/// Calls work(points, answers) for blocks of points, sorted `by`. Throws Error for wrong options.
 template <class Answer, class Work>
-void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
-                const QueryOptions& options, Work work) {
-    if (options.visible || options.excluded)
-        throw_bad_argument("visible and excluded are options of rays, not of points");
+void for_blocks(const SceneImpl& scene, std::span<const Vec3> points, std::span<Answer> answers,
+                PointOrder by, const QueryOptions& options, Work work) {
     require_room(points.size(), "points", answers.size());
+    const QueryFilter filter(scene.meshes(), points.size(), "points", options);
     const mray::Watch watch(options.cancel);
     for_runs_of(
         0, points.size(), watch,
         [&](std::size_t first, std::size_t count) {
-            work(points.subspan(first, count), answers.subspan(first, count));
+            ScenePoints block(scene.space(), points.subspan(first, count), filter.from(first), by);
+            work(block, answers.subspan(first, count));
         },
         kMostPoints);
     watch.throw_if_cancelled();
@@ -123,6 +135,25 @@ void query_ordered(const ScenePoints& points, std::size_t begin, std::size_t siz
         if (points.is_finite[index(i)] != 0) visit(index(i), answers[i]);
 }
 
+/// Calls query(begin, size) for parts of the points: in the host's threads, with its tree, if
+/// `on_host` or if they do not see all; else where the tracer answers.
+template <class Query>
+void query_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options,
+                  Query query, bool on_host = false) {
+    const std::size_t total = points.points.size();
+    if (!on_host && points.filter.sees_all()) return query_tracer(scene, total, options, query);
+    scene.fetch_tree();
+    query_on_host(scene, total, options, query);
+}
+/// Answers points within query_points(); an empty `sees` sees all triangles.
+template <class Query>
+void answer(SceneImpl& scene, Query query, const mray::SeesTriangle& sees, bool on_host = false) {
+    if (sees) query.sees = &sees;
+    const bool by_tracer = scene.tracer().info().answers_threads || (!on_host && !sees);
+    if (by_tracer) return scene.tracer().query(query);
+    mray::cpu::TreeQueries(scene.tracer().host_tree(), scene.target())(query);
+}
+
 mray::vec3 to_vector(const Vec3& p) { return {p.x, p.y, p.z}; }
 
 mray::Corners world_corners(const SceneImpl& scene, std::uint32_t prim_id) {
@@ -138,7 +169,7 @@ void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& optio
     const auto find = [&](auto asked, auto answers, auto index) {
         std::vector<mray::FloatWinding> windings(asked.size());
         std::vector<mray::UncertainCrossing> uncertain;
-        scene.tracer().query(mray::WindingQuery{asked, windings, uncertain, watch});
+        answer(scene, mray::WindingQuery{asked, windings, uncertain, watch}, points.sees(index));
         for (std::size_t i = 0; i < answers.size(); ++i)
             answers[i] = {windings[i].winding, windings[i].crossings, false};
         for (const mray::UncertainCrossing& one : uncertain) {
@@ -149,7 +180,7 @@ void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& optio
             answers[one.point].add(mray::exact_crossing(to_vector(points.world[at]), a, b, c));
         }
     };
-    query_tracer(scene, points.points.size(), options, [&](std::size_t begin, std::size_t size) {
+    query_points(scene, points, options, [&](std::size_t begin, std::size_t size) {
         query_ordered<PointWinding>(points, begin, size, find, visit);
     });
 }
@@ -167,13 +198,17 @@ float most_d2(const SceneImpl& scene, float max_distance) {
     return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
 }
 
-/// The exactly closest triangle, or kNoPrim. If p is within, it is one of `rivals`.
+/// The exactly closest triangle that the point p, of this number, sees; or kNoPrim. If p is within,
+/// it is one of `rivals`.
 mray::NumberedTriangle closest_triangle(const mray::Bvh& tree, const mray::dvec3& p,
-                                        std::span<const mray::NumberedTriangle> rivals) {
-    if (!is_within(p)) return mray::exact_closest(tree, p);
-    if (rivals.empty()) return {mray::kNoPrim, {}};
-    const bool are_too_many = rivals.front().prim_id == mray::kNoPrim;
-    return are_too_many ? mray::exact_closest(tree, p) : mray::exact_closest(p, rivals);
+                                        std::span<const mray::NumberedTriangle> rivals,
+                                        const mray::SeesTriangle& sees, std::size_t number) {
+    if (is_within(p)) {
+        if (rivals.empty()) return {mray::kNoPrim, {}};
+        const bool are_too_many = rivals.front().prim_id == mray::kNoPrim;
+        if (!are_too_many) return mray::exact_closest(p, rivals);
+    }
+    return mray::exact_closest(tree, p, sees, number);
 }
 
 /// The place on a triangle that is the closest one to the point p, which is `world`.
@@ -209,12 +244,8 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
     const mray::Bvh& tree = scene.tracer().host_tree();
     std::vector<mray::ClosestTriangle> found(run.size());
     mray::Rivals rivals;
-    const mray::ClosestQuery query{run, most_d2, found, watch, &rivals};
-    if (scene.tracer().info().answers_threads) {
-        scene.tracer().query(query);
-    } else {
-        mray::cpu::TreeQueries(tree, scene.target())(query);
-    }
+    const mray::SeesTriangle sees = asked.sees(index);
+    answer(scene, mray::ClosestQuery{run, most_d2, found, watch, &rivals}, sees, true);
     // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
@@ -223,7 +254,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
         watch.throw_if_cancelled();
         const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
         first = rivals.ends[i];
-        const mray::NumberedTriangle closest = closest_triangle(tree, exact[i], own);
+        const mray::NumberedTriangle closest = closest_triangle(tree, exact[i], own, sees, i);
         if (closest.prim_id != mray::kNoPrim && asked.is_finite[index(i)] != 0)
             placed[i] = place_on(scene, closest, exact[i], asked.world[index(i)]);
     }
@@ -236,7 +267,7 @@ void find_distances(SceneImpl& scene, const ScenePoints& asked, std::span<const 
                     Index index, float most_d2, const mray::Watch& watch,
                     std::span<float> distances) {
     std::vector<mray::ClosestTriangle> found(run.size());
-    scene.tracer().query(mray::ClosestQuery{run, most_d2, found, watch});
+    answer(scene, mray::ClosestQuery{run, most_d2, found, watch}, asked.sees(index));
     std::vector<mray::vec3> near;
     std::vector<std::size_t> near_numbers;
     float most_near_d2 = 0;
@@ -285,24 +316,25 @@ ClosestPoint to_world(const SceneImpl& scene, const PlacedTriangle& place, doubl
 void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                     const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        for_blocks(points, windings, options, [&](auto part, auto answers) {
+        const auto find = [&](const ScenePoints& asked, auto answers) {
             std::ranges::fill(answers, 0);
-            wind(scene, {scene.space(), part, PointOrder::columns}, options,
+            wind(scene, asked, options,
                  [&](std::size_t i, const PointWinding& winding) { answers[i] = winding.winding; });
-        });
+        };
+        for_blocks(scene, points, windings, PointOrder::columns, options, find);
     });
 }
 
 void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
                      const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        for_blocks(points, inside, options, [&](auto part, auto answers) {
+        const auto find = [&](const ScenePoints& asked, auto answers) {
             std::ranges::fill(answers, std::uint8_t{0});
-            wind(scene, {scene.space(), part, PointOrder::columns}, options,
-                 [&](std::size_t i, const PointWinding& winding) {
-                     answers[i] = winding.is_inside(rule) ? 1 : 0;
-                 });
-        });
+            wind(scene, asked, options, [&](std::size_t i, const PointWinding& winding) {
+                answers[i] = winding.is_inside(rule) ? 1 : 0;
+            });
+        };
+        for_blocks(scene, points, inside, PointOrder::columns, options, find);
     });
 }
 
@@ -312,10 +344,8 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
         const float most = most_d2(scene, max_distance);
         const mray::Watch watch(options.cancel);
         const double scale = scene.pose().space().length_to_world(1);
-        for_blocks(points, closest, options, [&](auto part, auto answers) {
+        const auto find_block = [&](const ScenePoints& asked, auto answers) {
             std::ranges::fill(answers, ClosestPoint{});
-            scene.fetch_tree();
-            const ScenePoints asked(scene.space(), part, PointOrder::places);
             const auto find = [&](auto run, auto placed, auto index) {
                 find_places(scene, asked, run, index, most, watch, placed);
             };
@@ -324,10 +354,12 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
                 const ClosestPoint place = to_world(scene, found, scale);
                 if (place.distance <= max_distance) answers[i] = place;
             };
-            query_on_host(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
+            const auto query = [&](std::size_t begin, std::size_t size) {
                 query_ordered<PlacedTriangle>(asked, begin, size, find, visit);
-            });
-        });
+            };
+            query_points(scene, asked, options, query, true);
+        };
+        for_blocks(scene, points, closest, PointOrder::places, options, find_block);
     });
 }
 
@@ -336,9 +368,8 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
     with_scene(impl_, [&](SceneImpl& scene) {
         const float most = most_d2(scene, max_distance);
         const mray::Watch watch(options.cancel);
-        for_blocks(points, distances, options, [&](auto part, auto answers) {
-            ScenePoints asked(scene.space(), part, PointOrder::places);
-            for (std::size_t i = 0; i < part.size(); ++i)
+        const auto find_block = [&](ScenePoints& asked, auto answers) {
+            for (std::size_t i = 0; i < answers.size(); ++i)
                 answers[i] = asked.is_finite[i] != 0 ? kInfinity : std::nanf("");
             const auto find = [&](auto run, auto found, auto index) {
                 find_distances(scene, asked, run, index, most, watch, found);
@@ -346,14 +377,15 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
             const auto visit = [&](std::size_t i, float found) {
                 if (found <= max_distance) answers[i] = found;
             };
-            query_tracer(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
+            query_points(scene, asked, options, [&](std::size_t begin, std::size_t size) {
                 query_ordered<float>(asked, begin, size, find, visit);
             });
             asked.sort(PointOrder::columns);
             wind(scene, asked, options, [&](std::size_t i, const PointWinding& winding) {
                 if (winding.is_inside(rule)) answers[i] = winding.is_on_surface ? 0 : -answers[i];
             });
-        });
+        };
+        for_blocks(scene, points, distances, PointOrder::places, options, find_block);
     });
 }
 

@@ -9,6 +9,7 @@
 #include "common/interop/tie_break_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "library/src/query_batches.h"
+#include "library/src/query_filter.h"
 
 namespace morphray {
 namespace {
@@ -246,51 +247,8 @@ struct SceneBatch {
     }
 };
 
-/// The triangles that the rays of a batch see, by QueryOptions. The options must outlive it.
-class RayFilter {
-public:
-    /// Throws Error for a wrong number of flags or of excluded triangles.
-    RayFilter(const MeshList& meshes, std::size_t rays, const QueryOptions& options)
-        : meshes_(meshes), options_(options) {
-        if (options.excluded && options.excluded->size() != rays)
-            throw_bad_argument("excluded: {} for {} rays", options.excluded->size(), rays);
-        if (!options.visible) return;
-        // The highest geom_ids may be free since a detach(), and may have flags.
-        const std::size_t flags = options.visible->size();
-        std::size_t least = meshes.slots().size();
-        while (least > 0 && !meshes.slots()[least - 1].used) --least;
-        if (flags < least || flags > meshes.slots().size())
-            throw_bad_argument("visible: {} flags, but {} geom_ids", flags, least);
-    }
-
-    mray::Watch watch() const { return mray::Watch(options_.cancel); }
-    bool sees_all() const { return !options_.visible && !options_.excluded; }
-    bool sees(std::size_t ray, std::uint32_t prim_id) const {
-        return sees_all() || sees(ray, meshes_.locate(0, 0, 0, prim_id));
-    }
-    bool sees(std::size_t ray, const Hit& hit) const {
-        if (options_.visible && (*options_.visible)[hit.geom_id] == 0) return false;
-        if (!options_.excluded) return true;
-        const Primitive& left_out = (*options_.excluded)[ray];
-        if (left_out.prim_id == kNoPrim) return hit.geom_id != left_out.geom_id;
-        return hit.primitive() != left_out;
-    }
-    /// True if a ray may leave out several triangles.
-    bool hides_meshes() const {
-        const auto is_mesh = [](const Primitive& left_out) {
-            return left_out.prim_id == kNoPrim && left_out.geom_id != kNoGeometry;
-        };
-        return options_.visible ||
-               (options_.excluded && std::ranges::any_of(*options_.excluded, is_mesh));
-    }
-
-private:
-    const MeshList& meshes_;
-    const QueryOptions& options_;
-};
-
 /// Replaces hits with triangles that the filter leaves out by the next hits of their rays.
-void pass_unseen(SceneImpl& scene, const RayFilter& filter, std::span<const Ray> rays,
+void pass_unseen(SceneImpl& scene, const QueryFilter& filter, std::span<const Ray> rays,
                  std::span<Hit> hits, const QueryOptions& options) {
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < rays.size(); ++i)
@@ -320,7 +278,7 @@ void pass_unseen(SceneImpl& scene, const RayFilter& filter, std::span<const Ray>
 void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options) {
     require_room(rays.size(), "rays", hits.size());
-    const RayFilter filter(scene.meshes(), rays.size(), options);
+    const QueryFilter filter(scene.meshes(), rays.size(), "rays", options);
     trace_all(scene, rays, hits, options);
     if (!filter.sees_all()) pass_unseen(scene, filter, rays, hits, options);
 }
@@ -363,7 +321,7 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
 template <class Number>
 std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
                                               std::span<const mray::Ray> rays, Crossing crossing,
-                                              const RayFilter& filter, Number number) {
+                                              const QueryFilter& filter, Number number) {
     std::vector<std::vector<mray::Hit>> all(rays.size());
     if (rays.empty()) return all;
     mray::HitLists lists;
@@ -394,7 +352,7 @@ struct WholeLists {
 /// see everything, and by Crossing::once those that touch borders. Corrects the numbers.
 template <class Number>
 WholeLists list_uncertain(const SceneImpl& scene, std::span<const mray::Ray> rays,
-                          Crossing crossing, const RayFilter& filter, Number number,
+                          Crossing crossing, const QueryFilter& filter, Number number,
                           std::span<std::uint64_t> totals) {
     WholeLists whole;
     std::vector<mray::Ray> whole_rays;
@@ -412,7 +370,7 @@ WholeLists list_uncertain(const SceneImpl& scene, std::span<const mray::Ray> ray
 
 /// Lists the first hits of rays, which are those of the filter from `first` on.
 mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray> rays,
-                               const AllHitsOptions& options, const RayFilter& filter,
+                               const AllHitsOptions& options, const QueryFilter& filter,
                                std::size_t first) {
     mray::HitLists lists;
     if (filter.sees_all()) {
@@ -443,7 +401,7 @@ mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray
 }
 
 mray::Hit find_next(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
-                    Crossing crossing, const RayFilter& filter) {
+                    Crossing crossing, const QueryFilter& filter) {
     mray::Hit found;
     for (mray::HitCursor at = after;; at = {found.t, found.prim_id}) {
         scene.tracer().query(
@@ -538,7 +496,7 @@ void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded
                      const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         require_room(rays.size(), "rays", occluded.size());
-        if (RayFilter(scene.meshes(), rays.size(), options).sees_all()) {
+        if (QueryFilter(scene.meshes(), rays.size(), "rays", options).sees_all()) {
             trace_all(scene, rays, occluded, options);
         } else {
             std::vector<Hit> hits(rays.size());
@@ -562,7 +520,7 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                   const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         require_room(rays.size(), "rays", counts.size());
-        const RayFilter filter(scene.meshes(), rays.size(), options);
+        const QueryFilter filter(scene.meshes(), rays.size(), "rays", options);
         const auto count_part = [&](std::size_t first, std::span<const Ray> part,
                                     std::span<const std::uint32_t> order) {
             query_tracer(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
@@ -606,7 +564,7 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& al
         std::vector<Hit> hits;
     };
     return with_scene(impl_, [&](SceneImpl& scene) {
-        const RayFilter filter(scene.meshes(), rays.size(), options);
+        const QueryFilter filter(scene.meshes(), rays.size(), "rays", options);
         std::mutex mutex;
         std::vector<BatchHits> found;
         query_tracer(scene, rays.size(), options, [&](std::size_t begin, std::size_t size) {
@@ -646,7 +604,7 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
                      const QueryOptions& options) const {
     return with_scene(impl_, [&](SceneImpl& scene) -> Hit {
         if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
-        const RayFilter filter(scene.meshes(), 1, options);
+        const QueryFilter filter(scene.meshes(), 1, "rays", options);
         Hit hit;
         if (!after) return hit;
         query_tracer(scene, 1, options, [&](std::size_t, std::size_t) {

@@ -85,17 +85,19 @@ struct PointAnswer {
     }
 };
 
-std::vector<PointAnswer> point_answers(const Scene& scene, std::span<const Vec3> points) {
+std::vector<PointAnswer> point_answers(const Scene& scene, std::span<const Vec3> points,
+                                       const morphray::QueryOptions& options = {}) {
+    constexpr float kFar = std::numeric_limits<float>::infinity();
     std::vector<std::int32_t> windings(points.size());
     std::vector<std::uint8_t> nonzero(points.size());
     std::vector<std::uint8_t> odd(points.size());
     std::vector<float> distances(points.size());
     std::vector<ClosestPoint> closest(points.size());
-    scene.winding(points, windings);
-    scene.contains(points, nonzero);
-    scene.contains(points, odd, FillRule::odd);
-    scene.signed_distance(points, distances);
-    scene.closest_points(points, closest);
+    scene.winding(points, windings, options);
+    scene.contains(points, nonzero, FillRule::nonzero, options);
+    scene.contains(points, odd, FillRule::odd, options);
+    scene.signed_distance(points, distances, FillRule::nonzero, kFar, options);
+    scene.closest_points(points, closest, kFar, options);
     std::vector<PointAnswer> answers;
     for (std::size_t i = 0; i < points.size(); ++i)
         answers.push_back({windings[i], nonzero[i] != 0, odd[i] != 0, distances[i], closest[i]});
@@ -200,6 +202,15 @@ private:
             }
         }
         check_reaches(scene, answers);
+        // Without the closest triangle of each.
+        std::vector<morphray::Primitive> excluded;
+        for (const PointAnswer& answer : answers)
+            excluded.push_back({answer.closest.prim_id, answer.closest.geom_id});
+        const std::vector<PointAnswer> rest = point_answers(scene, points_, {.excluded = excluded});
+        const std::vector<PointAnswer> expected_rest =
+            point_answers(brute, points_, {.excluded = excluded});
+        for (std::size_t i = 0; i < points_.size(); ++i)
+            if (!(rest[i] == expected_rest[i])) differences_.add(Asked::kClosestPoints, i);
     }
 
     double farthest_corner(const uvec3& t, const Vec3& point) const {

@@ -23,15 +23,27 @@ struct PointAnswers {
     std::vector<morphray::ClosestPoint> closest;
     std::vector<float> distances;
 
-    PointAnswers(const morphray::Scene& scene, const std::vector<morphray::Vec3>& points)
+    PointAnswers(const morphray::Scene& scene, const std::vector<morphray::Vec3>& points,
+                 const morphray::QueryOptions& options = {})
         : windings(points.size()),
           inside(points.size()),
           closest(points.size()),
           distances(points.size()) {
-        scene.winding(points, windings);
-        scene.contains(points, inside);
-        scene.closest_points(points, closest);
-        scene.signed_distance(points, distances);
+        using Limits = std::numeric_limits<float>;
+        scene.winding(points, windings, options);
+        scene.contains(points, inside, morphray::FillRule::odd, options);
+        scene.closest_points(points, closest, Limits::infinity(), options);
+        scene.signed_distance(points, distances, morphray::FillRule::nonzero, Limits::infinity(),
+                              options);
+    }
+    /// The answers about point i alone.
+    PointAnswers of(std::size_t i) const {
+        PointAnswers one = *this;
+        one.windings = {windings[i]};
+        one.inside = {inside[i]};
+        one.closest = {closest[i]};
+        one.distances = {distances[i]};
+        return one;
     }
     bool operator==(const PointAnswers&) const = default;
 };
@@ -154,6 +166,67 @@ inline void expect_excluded_on(const morphray::Device& device, std::size_t ray_c
         hit_count += expected ? 1 : 0;
     }
     EXPECT_GT(hit_count, ray_count / 8);
+}
+
+/// Points that see some triangles have the answers of brute force in a scene without the others,
+/// before and after an update with a pose.
+inline void expect_filtered_points_on(const morphray::Device& device, std::size_t point_count) {
+    const TestScene shape = star(3, 4);
+    std::vector<UserMesh> meshes = {UserMesh(shape), UserMesh(icosphere(2)), UserMesh(shape)};
+    // Each triangle is there twice.
+    std::vector<std::uint32_t>& triangles = meshes[0].triangles;
+    for (std::size_t i = 0, size = triangles.size(); i < size; ++i)
+        triangles.push_back(triangles[i]);
+    std::vector<morphray::Vec3> points = {{0, 0, 0}, {1e9f, 0, 2}, meshes[0].points[0]};
+    for (const vec3& p : mixed_points(shape, point_count, 5)) {
+        const vec3 world = shape.space().to_world(p);
+        points.push_back({world.x, world.y, world.z});
+    }
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
+    const auto scene_of = [&](const std::vector<UserMesh>& of, const morphray::Device& on) {
+        std::vector<morphray::MeshView> views;
+        for (const UserMesh& mesh : of) views.push_back(mesh.view());
+        return morphray::Scene::build(views, on, options);
+    };
+    morphray::Scene scene = scene_of(meshes, device);
+    for (const morphray::Transform& pose : {turned(0, 1, 0), turned(0.5, -0.9, 0.4)}) {
+        for (morphray::Vec3& p : meshes[0].points) p = {p.y, 1.1f * p.x, p.z};
+        scene.update();
+        scene.update(2, pose);
+        const auto answers_of = [&](const std::vector<UserMesh>& rest, const auto& asked) {
+            morphray::Scene brute = scene_of(rest, morphray::Device::brute_force());
+            brute.update(2, pose);
+            return PointAnswers(brute, asked);
+        };
+        std::vector<PointAnswers> expected;
+        for (std::size_t hidden = 0; hidden < meshes.size(); ++hidden) {
+            std::vector<UserMesh> rest = meshes;
+            rest[hidden].triangles.clear();
+            expected.push_back(answers_of(rest, points));
+            std::vector<std::uint8_t> visible(meshes.size(), 1);
+            visible[hidden] = 0;
+            EXPECT_TRUE(PointAnswers(scene, points, {.visible = visible}) == expected.back());
+        }
+        std::vector<morphray::Primitive> excluded(points.size());
+        for (std::uint32_t i = 0; i < points.size(); ++i) excluded[i].geom_id = i % 3;
+        const PointAnswers without_mesh(scene, points, {.excluded = excluded});
+        for (std::size_t i = 0; i < points.size(); ++i)
+            EXPECT_TRUE(without_mesh.of(i) == expected[i % 3].of(i)) << i;
+        const PointAnswers all(scene, points);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            excluded[i] = {all.closest[i].prim_id, all.closest[i].geom_id};
+        const PointAnswers without_closest(scene, points, {.excluded = excluded});
+        for (std::size_t i = 0; i < std::min<std::size_t>(points.size(), 20); ++i) {
+            std::vector<UserMesh> rest = meshes;
+            UserMesh& mesh = rest[excluded[i].geom_id];
+            constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                mesh.triangles[std::size_t{3} * excluded[i].prim_id + corner] =
+                    static_cast<std::uint32_t>(mesh.points.size());
+            mesh.points.push_back({kNan, kNan, kNan});
+            EXPECT_TRUE(without_closest.of(i) == answers_of(rest, std::vector{points[i]})) << i;
+        }
+    }
 }
 
 /// Calls of every member of a scene that can be cancelled, by `flag` as it is then. All of what the

@@ -506,10 +506,16 @@ TEST(VisibleHits, LeaveOutTheTriangleThatARayNames) {
     const std::vector<morphray::Primitive> two(2);
     std::vector<morphray::Hit> hits(rays.size());
     EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, {.excluded = two}); }), "bad_argument");
-    const std::vector<morphray::Vec3> points(2);
+    const std::vector<morphray::Vec3> points(3);
     std::vector<std::int32_t> windings(points.size());
     EXPECT_EQ(error_of([&] { scene.winding(points, windings, {.excluded = two}); }),
               "bad_argument");
+}
+
+TEST(VisibleHits, ExistAloneForPoints) {
+    for (const std::string& simd : morphray::simd_targets())
+        expect_filtered_points_on(Device::cpu({.simd = simd}), 100);
+    expect_filtered_points_on(Device::brute_force(), 20);
 }
 
 TEST(Windings, AddUpWhereMeshesAreNestedOrOverlap) {

@@ -175,6 +175,8 @@ TEST(LibraryOnVulkan, FindsVisibleHits) { expect_visible_hits_on(vulkan(), 20); 
 
 TEST(LibraryOnVulkan, LeavesOutTriangles) { expect_excluded_on(vulkan(), 20); }
 
+TEST(LibraryOnVulkan, LeavesOutTrianglesForPoints) { expect_filtered_points_on(vulkan(), 40); }
+
 TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
     expect_all_are_cancelled_on(vulkan());
 }

@@ -58,13 +58,16 @@ struct Coherence {
 struct QueryOptions {
     Coherence coherence = {};
     Threads threads = Threads::all;
-    /// The meshes that rays see: those with visible[geom_id] != 0; the others are as if they were
-    /// not there. One flag a geom_id, up to the highest: another number throws bad_argument.
-    /// Nothing: all. Not for points.
+    /// The meshes that exist for the call: those with visible[geom_id] != 0. One flag a geom_id, up
+    /// to the highest: another number throws bad_argument. Nothing: all.
     std::optional<std::span<const std::uint8_t>> visible = {};
-    /// For each ray the triangle that is as if it were not there, such as that of the hit on which
-    /// the ray starts. With prim_id kNoPrim it is the whole mesh geom_id, such as the body that
-    /// carries a sensor. Another number of them throws bad_argument. Nothing: none. Not for points.
+    /// For each ray or point the triangle that does not exist for it, such as that of the hit on
+    /// which a ray starts. With prim_id kNoPrim it is the whole mesh geom_id, such as the body that
+    /// carries a sensor. Another number of them throws bad_argument. Nothing: none.
+    ///
+    /// Answers have the bits of a scene of the remaining triangles with the same bounds. A closed
+    /// mesh that loses a triangle is open (Scene::winding). With `visible` or `excluded` the host's
+    /// threads answer points for a Vulkan device, too, as in Scene::closest_points().
     std::optional<std::span<const Primitive>> excluded = {};
     /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
     /// soon after another thread has made it true: within some milliseconds, or once each thread of

@@ -300,22 +300,23 @@ QueryArray query_points_of(const py::object& object, const Point& origin) {
 }
 
 std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
-                                                  const QueryArray& rays) {
+                                                  const QueryArray& queries) {
     if (object.is_none()) return {};
     std::vector<Primitive> excluded;
     const py::array array = array_of(object, "excluded", 2);
-    Shape shape = rays.shape;
+    Shape shape = queries.shape;
+    const std::string wanted = std::string("the ") + queries.name;
     if (has_dtype(array, hit_dtype())) {
-        if (shape_of(array) != shape) throw_shape(array, "excluded", "the rays");
+        if (shape_of(array) != shape) throw_shape(array, "excluded", wanted);
         const py::array packed = contiguous(array);
         const auto* const hits = static_cast<const Hit*>(packed.data());
-        for (std::size_t i = 0; i < rays.count; ++i) excluded.push_back(hits[i].primitive());
+        for (std::size_t i = 0; i < queries.count; ++i) excluded.push_back(hits[i].primitive());
         return excluded;
     }
     shape.push_back(2);
-    if (shape_of(array) != shape) throw_shape(array, "excluded", "the rays, and 2");
+    if (shape_of(array) != shape) throw_shape(array, "excluded", wanted + ", and 2");
     const std::vector<std::uint32_t> ids = ids_of(array, "excluded", 2, "an ID", true);
-    for (std::size_t i = 0; i < rays.count; ++i)
+    for (std::size_t i = 0; i < queries.count; ++i)
         excluded.push_back({.prim_id = ids[2 * i + 1], .geom_id = ids[2 * i]});
     return excluded;
 }

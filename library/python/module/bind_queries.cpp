@@ -36,13 +36,30 @@ Threads threads_named(const py::object& threads) {
     return choice<Threads>("threads", threads, {"all", "calling"});
 }
 
-/// The keywords of all queries; coherence, visible and excluded are those of rays.
+/// The keywords of all queries; coherence is that of rays.
 struct QueryKeywords {
     Coherence coherence = {};
     py::object visible = py::none();
     py::object excluded = py::none();
     Threads threads = Threads::all;
     Cancel* cancel = nullptr;
+};
+
+/// Makes options, and keeps the arrays that they refer to.
+struct QuerySettings {
+    const QueryKeywords& keywords;
+    const QueryArray& queries;
+    std::optional<std::vector<std::uint8_t>> visible = visible_of(keywords.visible);
+    std::optional<std::vector<Primitive>> excluded = excluded_of(keywords.excluded, queries);
+
+    /// The options of the queries [first, first + count).
+    QueryOptions of(std::size_t first, std::size_t count, const Flag* cancelled) const {
+        QueryOptions options{.coherence = keywords.coherence, .threads = keywords.threads};
+        if (visible) options.visible = *visible;
+        if (excluded) options.excluded = std::span(*excluded).subspan(first, count);
+        options.cancel = cancelled;
+        return options;
+    }
 };
 
 /// One result a query. `Written` has the size of the dtype.
@@ -59,16 +76,11 @@ py::array answer(const QueryArray& queries, const py::object& out, const py::dty
 template <class Work>
 void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
               bool in_one_batch, Work work) {
-    QueryOptions options{.coherence = keywords.coherence, .threads = keywords.threads};
-    const std::optional<std::vector<std::uint8_t>> visible = visible_of(keywords.visible);
-    const std::optional<std::vector<Primitive>> excluded = excluded_of(keywords.excluded, rays);
-    if (visible) options.visible = *visible;
-    const std::size_t size = in_one_batch ? rays.count : batch_size(rays, options.coherence);
+    const QuerySettings settings{keywords, rays};
+    const std::size_t size = in_one_batch ? rays.count : batch_size(rays, keywords.coherence);
     scene.query(rays.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
-        options.cancel = cancelled;
         for_each_batch(rays, size, [&](std::size_t first, std::span<const Ray> batch) {
-            if (excluded) options.excluded = std::span(*excluded).subspan(first, batch.size());
-            work(asked, first, batch, options);
+            work(asked, first, batch, settings.of(first, batch.size(), cancelled));
         });
     });
 }
@@ -90,15 +102,13 @@ py::array answer_rays(PyScene& scene, const py::object& given, const py::object&
 /// Calls `work(scene, points, results, options)`.
 template <class Written, class Work>
 py::array answer_points(PyScene& scene, const py::object& points, const py::object& out,
-                        const py::dtype& dtype, const py::object& threads, Cancel* cancel,
-                        Work work) {
+                        const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
     const QueryArray array = query_points_of(points, scene.scene().origin());
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
-    QueryOptions options{.threads = threads_named(threads)};
+    const QuerySettings settings{keywords, array};
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
-        scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
-            options.cancel = cancelled;
-            work(asked, where, results, options);
+        scene.query(array.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
+            work(asked, where, results, settings.of(0, array.count, cancelled));
         });
     });
 }
@@ -178,19 +188,23 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
 }
 
 py::array winding(PyScene& scene, const py::object& points, const py::object& out,
-                  const py::object& threads, Cancel* cancel) {
+                  const py::object& visible, const py::object& excluded, const py::object& threads,
+                  Cancel* cancel) {
     return answer_points<std::int32_t>(
-        scene, points, out, py::dtype::of<std::int32_t>(), threads, cancel,
+        scene, points, out, py::dtype::of<std::int32_t>(),
+        {{}, visible, excluded, threads_named(threads), cancel},
         [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
             asked.winding(where, windings, options);
         });
 }
 
 py::array contains(PyScene& scene, const py::object& points, const py::object& out,
-                   const py::object& rule, const py::object& threads, Cancel* cancel) {
+                   const py::object& rule, const py::object& visible, const py::object& excluded,
+                   const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     return answer_points<std::uint8_t>(
-        scene, points, out, py::dtype::of<bool>(), threads, cancel,
+        scene, points, out, py::dtype::of<bool>(),
+        {{}, visible, excluded, threads_named(threads), cancel},
         [&](const Scene& asked, auto where, auto inside, const QueryOptions& options) {
             asked.contains(where, inside, fill, options);
         });
@@ -211,12 +225,14 @@ py::array from_world(const py::array& closest, const Point& origin, const py::ob
 }
 
 py::array closest_points(PyScene& scene, const py::object& points, const py::object& max_distance,
-                         const py::object& out, const py::object& threads, Cancel* cancel) {
+                         const py::object& out, const py::object& visible,
+                         const py::object& excluded, const py::object& threads, Cancel* cancel) {
     const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
     const Point& origin = scene.scene().origin();
     const bool is_far = origin != Point{};
     const py::array found = answer_points<ClosestPoint>(
-        scene, points, is_far ? py::none() : out, closest_dtype(), threads, cancel,
+        scene, points, is_far ? py::none() : out, closest_dtype(),
+        {{}, visible, excluded, threads_named(threads), cancel},
         [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
             asked.closest_points(where, closest, most, options);
             // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
@@ -230,11 +246,13 @@ py::array closest_points(PyScene& scene, const py::object& points, const py::obj
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
                           const py::object& rule, const py::object& max_distance,
+                          const py::object& visible, const py::object& excluded,
                           const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
     return answer_points<float>(
-        scene, points, out, py::dtype::of<float>(), threads, cancel,
+        scene, points, out, py::dtype::of<float>(),
+        {{}, visible, excluded, threads_named(threads), cancel},
         [&](const Scene& asked, auto where, auto distances, const QueryOptions& options) {
             asked.signed_distance(where, distances, fill, most, options);
         });
@@ -255,7 +273,7 @@ rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place
 out:  a C-contiguous array of hit_dtype to write to, with one element a ray
 coherence: for speed alone: "none"; "sort" for rays in any order; or the width of the image whose rays
       they are, row by row
-visible: (G,) bool, one for each geom_id up to the highest: the meshes that rays see. None: all
+visible: (G,) bool, one for each geom_id up to the highest: the meshes that exist for the call. None: all
 excluded: (N,) hit_dtype, or (N, 2) integers, geom_id and prim_id: for each ray a triangle that it leaves
       out, such as that on which it starts; with a prim_id of -1 all of the mesh, such as the body that
       carries a sensor. None: none
@@ -307,19 +325,21 @@ counter-clockwise as seen from outside, 0 outside; meshes add up.
 
 points: (N, 3) numbers, read in place if float32 and C-contiguous, as rays; or one point
 out:    a C-contiguous array of the result's dtype to write to
-threads, cancel: those of intersect()
+visible, excluded, threads, cancel: those of intersect(), with a triangle or mesh for each point that it
+      leaves out. A mesh that loses a triangle is open.
 
 Returns an array of int32: how often a half-line along +z leaves the meshes, minus how often it enters
 them. A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
-            arg("points"), arg("out") = none, py::kw_only(), arg("threads") = "all",
-            arg("cancel") = none)
+            arg("points"), arg("out") = none, py::kw_only(), arg("visible") = none,
+            arg("excluded") = none, arg("threads") = "all", arg("cancel") = none)
         .def("contains", &contains,
              R"(Finds which points are inside, or lie on a triangle, exactly: an array of bool.
 
 rule: "nonzero" windings are inside, so that overlapping meshes are one, or "odd" numbers of crossings,
       so that where two meshes overlap is outside. Other arguments are those of winding().)",
              arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-             arg("threads") = "all", arg("cancel") = none)
+             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
+             arg("cancel") = none)
         .def(
             "closest_points", &closest_points,
             R"(Finds the closest points of the meshes, not farther than max_distance: an array of closest_dtype.
@@ -329,13 +349,15 @@ a corner. Of equally close triangles it is the lowest (geom_id, prim_id). Where 
 inf and the IDs are INVALID_ID. Other arguments are those of winding(). Where Scene.origin is not 0, the
 point is float64.)",
             arg("points"), arg("max_distance") = none, arg("out") = none, py::kw_only(),
-            arg("threads") = "all", arg("cancel") = none)
+            arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
+            arg("cancel") = none)
         .def(
             "signed_distance", &signed_distance,
             R"(Finds the distances of points to the meshes, negative inside: an array of float32. Arguments are those
 of contains() and closest_points(). NaN for a point that is not finite.)",
             arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-            arg("max_distance") = none, arg("threads") = "all", arg("cancel") = none);
+            arg("max_distance") = none, arg("visible") = none, arg("excluded") = none,
+            arg("threads") = "all", arg("cancel") = none);
 }
 
 }  // namespace morphray::python

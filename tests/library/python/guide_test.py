@@ -14,7 +14,7 @@ PROGRAMS = re.findall(r"```python\n(.*?)```", (GUIDE / "python.md").read_text() 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=[
     "first ray", "deforming loop", "bodies", "all hits", "insides and distances", "many views", "Open3D",
-    "trimesh", "two scenes", "cameras", "lidar"])
+    "trimesh", "two scenes", "cameras", "lidar", "other bodies"])
 def test_program_runs(program, tmp_path):
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True,
                           text=True)

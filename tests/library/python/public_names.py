@@ -48,7 +48,8 @@ bits: NDArray[np.bool_] = scene.occluded([0, 0, 1, 0, 0, -1], excluded=hits, coh
 counts: NDArray[np.int64] = scene.count(rays, crossing="owner", excluded=[[0, 0]])
 normals: NDArray[np.float32] = scene.normals(hits, smooth=True)
 hits = scene.closest_points(points, out=np.empty(3, morphray.closest_dtype))
-use(hits["prim_id"][0] == morphray.INVALID_ID, scene.contains(points, rule="odd"))
+use(hits["prim_id"][0] == morphray.INVALID_ID, scene.contains(points, rule="odd", visible=[True]),
+    scene.signed_distance(points, excluded=[[0, -1]]))
 
 frame: morphray.Image = scene.render((64, 48), target=[0, 0, 0], fov=40, light=(1, 2, 3), rays="ao", ao_count=4,
                                      ao_distance=1, flat=True, cancel=cancel)

@@ -193,6 +193,21 @@ def test_rays_see_some_triangles():
     assert morphray.Scene([]).occluded(DOWN, visible=np.ones(0, bool)).shape == DOWN.shape[:-1]
 
 
+def test_points_see_some_triangles():
+    ball, triangles = sphere(8)
+    scene = morphray.Scene([(ball, triangles), (0.5 * ball, triangles)])
+    where = random_points(300).reshape(20, 15, 3)
+    rest = morphray.Scene([(ball, triangles), (0.5 * ball, triangles[:0])], bounds=scene.bounds)
+    body = np.full((20, 15, 2), [1, -1])
+    for name in ("winding", "contains", "closest_points", "signed_distance"):
+        ask, expected = getattr(scene, name), getattr(rest, name)(where)
+        assert_same_bits(ask(where, visible=np.array([True, False])), expected)
+        assert_same_bits(ask(where, excluded=body), expected)
+    closest = scene.closest_points(where)
+    ids = np.stack([closest["geom_id"], closest["prim_id"]], axis=-1)
+    assert (scene.closest_points(where, excluded=ids)["prim_id"] != closest["prim_id"]).all()
+
+
 def test_empty_lists_and_arrays_of_others_are_taken():
     points, triangles = triangle()
 

@@ -98,6 +98,8 @@ def test_bad_query_points(points, error, reason):
     (lambda s: s.normals(s.intersect(DOWN), smooth="yes"), TypeError, "^smooth: True or False is"),
     (lambda s: s.count(DOWN, excluded=[[0, 1, 2]]), ValueError, "excluded: a shape of the rays"),
     (lambda s: s.occluded(DOWN, visible=[0, 1]), TypeError, "visible: dtype bool"),
+    (lambda s: s.winding(POINTS, excluded=[[0, 1, 2]]), ValueError,
+     "excluded: a shape of the points, and 2 is needed"),
     (lambda s: s.normals(DOWN), TypeError, "hits: dtype morphray.hit_dtype or"),
     (lambda s: s.intersect_all(DOWN, max_hits=-1), TypeError,
      r"^max_hits: a count below 2\^32 is needed, not -1$"),

@@ -1,0 +1,61 @@
+// The triangles that exist for the rays or points of a call, by QueryOptions.
+#pragma once
+
+#include "library/src/scene/errors.h"
+#include "library/src/scene/mesh_list.h"
+#include "morphray/queries.hpp"
+
+namespace morphray::detail {
+
+/// The options must outlive it.
+class QueryFilter {
+public:
+    /// Throws Error for a wrong number of flags or of excluded triangles; `what` names the queries.
+    QueryFilter(const MeshList& meshes, std::size_t queries, const char* what,
+                const QueryOptions& options)
+        : meshes_(meshes), options_(options) {
+        if (options.excluded && options.excluded->size() != queries)
+            throw_bad_argument("excluded: {} for {} {}", options.excluded->size(), queries, what);
+        if (!options.visible) return;
+        // The highest geom_ids may be free since a detach(), and may have flags.
+        const std::size_t flags = options.visible->size();
+        std::size_t least = meshes.slots().size();
+        while (least > 0 && !meshes.slots()[least - 1].used) --least;
+        if (flags < least || flags > meshes.slots().size())
+            throw_bad_argument("visible: {} flags, but {} geom_ids", flags, least);
+    }
+    /// The filter of the queries from `first` on.
+    QueryFilter from(std::size_t first) const {
+        QueryFilter part = *this;
+        part.first_ += first;
+        return part;
+    }
+
+    mray::Watch watch() const { return mray::Watch(options_.cancel); }
+    bool sees_all() const { return !options_.visible && !options_.excluded; }
+    bool sees(std::size_t query, std::uint32_t prim_id) const {
+        return sees_all() || sees(query, meshes_.locate(0, 0, 0, prim_id));
+    }
+    bool sees(std::size_t query, const Hit& hit) const {
+        if (options_.visible && (*options_.visible)[hit.geom_id] == 0) return false;
+        if (!options_.excluded) return true;
+        const Primitive& left_out = (*options_.excluded)[first_ + query];
+        if (left_out.prim_id == kNoPrim) return hit.geom_id != left_out.geom_id;
+        return hit.primitive() != left_out;
+    }
+    /// True if a query may leave out several triangles.
+    bool hides_meshes() const {
+        const auto is_mesh = [](const Primitive& left_out) {
+            return left_out.prim_id == kNoPrim && left_out.geom_id != kNoGeometry;
+        };
+        return options_.visible ||
+               (options_.excluded && std::ranges::any_of(*options_.excluded, is_mesh));
+    }
+
+private:
+    const MeshList& meshes_;
+    const QueryOptions& options_;
+    std::size_t first_ = 0;
+};
+
+}  // namespace morphray::detail
