@@ -10,7 +10,7 @@ mkdir -p "$copy"
 tar -C "$root" --exclude=./build --exclude=./out --exclude=./.git -c . | tar -x -C "$copy"
 cd "$copy"
 version=$(sed -n 's/^project(morphray VERSION \([0-9.]*\) .*/\1/p' CMakeLists.txt)
-for made in package/run:made.deb wheel/run:made.whl; do
+for made in package/run:made.deb wheel/run:made.whl aarch64/run:made_arm.whl; do
     mkdir -p "cmake/${made%/*}"
     printf '#!/bin/sh\necho "$@" >build/%s\necho build/%s\n' "${made#*:}" "${made#*:}" >"cmake/${made%:*}"
     chmod +x "cmake/${made%:*}"
@@ -37,9 +37,9 @@ rm not_committed
 cmake/release/run 3.11 >/dev/null
 cd build/release-files
 archive=morphray-$version.tar.gz
-[ "$(echo *)" = "NOTES.md SHA256SUMS made.deb made.whl $archive" ] || fail "there are $(echo *)"
+[ "$(echo *)" = "NOTES.md SHA256SUMS made.deb made.whl made_arm.whl $archive" ] || fail "there are $(echo *)"
 sha256sum --quiet -c SHA256SUMS
-[ "$(cat made.whl)" = 3.11 ] || fail "no wheel for 3.11, but for $(cat made.whl)"
+[ "$(cat made.whl made_arm.whl)" = 3.11$'\n'3.11 ] || fail "no wheels for 3.11, but for $(cat made.whl made_arm.whl)"
 grep -q '^### ' NOTES.md || fail "the notes have no section"
 ! grep '^## ' NOTES.md || fail "the notes have this heading of a version"
 
