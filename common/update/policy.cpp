@@ -6,7 +6,9 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <string_view>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/text/text.h"
@@ -212,13 +214,24 @@ public:
                 static_cast<std::uint32_t>(frames)};
     }
 
-    void frame_done(const FrameCost& cost) override {
-        if (cost.rebuild > 0) {
-            build_cost_ = measured_build_cost_ = cost.rebuild;
-        } else if (cost.new_tree) {
+    void frame_done(const FrameCost& update) override {
+        if (update.rebuild > 0) {
+            build_cost_ = measured_build_cost_ = update.rebuild;
+        } else if (update.new_tree) {
             build_cost_ = std::max(kFading * build_cost_, kFaded * measured_build_cost_);
         }
-        if (cost.restructure > 0) restructure_cost_ = cost.restructure;
+        if (update.restructure > 0) restructure_cost_ = update.restructure;
+        // Updates that nothing traces belong to the frame of the next trace.
+        untraced_ = {.refit = untraced_.refit + update.refit,
+                     .restructure = untraced_.restructure + update.restructure,
+                     .rebuild = untraced_.rebuild + update.rebuild,
+                     .trace = update.trace,
+                     .overhead = update.overhead,
+                     .new_tree = untraced_.new_tree || update.new_tree,
+                     .build_pending = untraced_.build_pending || update.build_pending};
+        has_update_ = true;
+        if (update.trace <= 0) return;
+        const FrameCost cost = std::exchange(untraced_, {});
         frame_cost_ = cost.refit + cost.trace;
         if (cost.new_tree || cost.restructure > 0) {
             model_.learn(overhead_, trace_, cost.overhead, cost.trace);
@@ -262,7 +275,10 @@ private:
     }
 
     /// Costs in traces of a sound tree.
-    double build_price() const { return traces_ > 0 ? build_cost_ / sound_trace_ : 1; }
+    double build_price() const {
+        if (traces_ > 0) return build_cost_ / sound_trace_;
+        return has_update_ ? std::numeric_limits<double>::infinity() : 1;
+    }
     double restructure_price() const { return restructure_cost() / sound_trace_; }
 
     bool should_restructure(double overhead) const {
@@ -310,10 +326,13 @@ private:
     double measured_build_cost_ = 0;
     /// 0 before the first.
     double restructure_cost_ = 0;
-    /// The median of the last traces, each divided by its slow-down; 0, which makes all prices
-    /// infinite, where nothing is traced. Before the end of the first frame a build is taken to
-    /// cost a sound trace, and nothing is restructured.
+    /// The median of the last traces, each divided by its slow-down. Before the end of the first
+    /// update a build is taken to cost a sound trace. Until a trace nothing is restructured, and
+    /// then nothing is rebuilt.
     double sound_trace_ = 0;
+    bool has_update_ = false;
+    /// The updates since the last trace.
+    FrameCost untraced_ = {};
     std::array<double, 5> last_traces_ = {};
     std::size_t traces_ = 0;
     /// Refit and trace of the last frame.

@@ -244,6 +244,20 @@ TEST(AutoPolicy, TreeThatIsNotTracedIsNeverRebuilt) {
     }
 }
 
+TEST(AutoPolicy, UpdatesBetweenTracesDoNotHideADegradedTree) {
+    // As where a simulator moves cloth and then bodies, and renders.
+    const auto policy = make_update_policy({PolicyKind::kAuto});
+    policy->built(5);
+    UpdateStep step = UpdateStep::kRefit;
+    for (int frame = 0; frame < 4 && step == UpdateStep::kRefit; ++frame) {
+        policy->review({.overhead = 1400});
+        policy->frame_done({.refit = 0.1, .overhead = 1400});
+        step = policy->review({.overhead = 1400}).step;
+        policy->frame_done({.refit = 0.1, .trace = 30, .overhead = 1400});
+    }
+    EXPECT_EQ(step, UpdateStep::kRestructure);
+}
+
 TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
     for (const UpdateConfig& config :
          {UpdateConfig{.budget = 0.25}, UpdateConfig{.budget = 100, .budget_ms = 2.5}}) {
