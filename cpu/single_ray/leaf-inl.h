@@ -69,6 +69,7 @@ alignas(16) inline constexpr std::uint8_t kRotations[3][16] = {
 struct LeafLanes {
     FloatVec x[kVectors], y[kVectors], z[kVectors];
     UintVec local_vertices[kVectors];
+    std::uint32_t triangle_count;
 };
 
 /// Loads a leaf for rays with this main axis; kAxis is the same, or kAnyAxis.
@@ -76,6 +77,7 @@ template <int kAxis>
 HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
     const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);
     LeafLanes out;
+    out.triangle_count = corner_triangle_count(leaf.vertex[0].corners);
     for (std::size_t v = 0; v < kVectors; ++v) {
         FloatVec row[4];
         for (std::size_t i = 0; i < 4; ++i) {
@@ -409,6 +411,8 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
     const DepthlessBound<FloatVec> bound{splat(stream.bound_linear[ray]),
                                          splat(stream.bound_constant[ray])};
     for (std::size_t v = 0; v < kVectors; ++v) {
+        // The first vector has triangles in every leaf.
+        if (v != 0 && v * kLanes >= vertices.triangle_count) break;
         const VertexLookups at(vertices.local_vertices[v]);
         FilteredTriangles t = flat_triangles(points, at, bound);
         Mask inside = lanes::may_be_inside(t.edges) & used_lanes(vertices.local_vertices[v], v);
@@ -427,6 +431,29 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
     return false;
 }
 
+struct FilteredHits {
+    Mask certain, uncertain;
+};
+
+/// The triangles among `possible` that the fast path finds hit no later than tfar, and those that
+/// it leaves to the exact path.
+HWY_INLINE FilteredHits filtered_hits(const RayStream& stream, std::size_t ray, float tfar,
+                                      const lanes::ShearedRay& s, const FilteredTriangles& t,
+                                      Mask possible, lanes::TriangleHit& hit) {
+    const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
+    const Mask is_hit = is_certain & lanes::surely_inside(s, t.edges);
+    const Mask reached = lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+    return {possible & is_hit & reached, and_not(is_hit, possible)};
+}
+
+/// filtered_hits() up to the ray's tfar. Few leaves need it; inlined, it would spill registers in
+/// the loop over leaves.
+HWY_NOINLINE inline FilteredHits filtered_occluders(const RayStream& stream, std::size_t ray,
+                                                    const FilteredTriangles& t, Mask possible) {
+    lanes::TriangleHit hit;
+    return filtered_hits(stream, ray, stream.tfar[ray], sheared_ray(stream, ray), t, possible, hit);
+}
+
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
 template <int kAxis = kAnyAxis, class Visit>
@@ -438,12 +465,10 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
                                 const DepthSum&, Mask possible) HWY_ATTR {
         lanes::TriangleHit hit;
-        const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
-        const Mask is_hit = is_certain & lanes::surely_inside(s, t.edges);
-        const Mask reached = lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
-        const Mask hits = possible & is_hit & reached;
-        uncertain |= bits_of(and_not(is_hit, possible)) << (v * kLanes);
-        return !none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit);
+        const FilteredHits hits = filtered_hits(stream, ray, tfar, s, t, possible, hit);
+        uncertain |= bits_of(hits.uncertain) << (v * kLanes);
+        return !none(hits.certain) &&
+               visit_lanes(v, hits.certain & finite_lanes(vertices, at), hit, visit);
     };
     if (any_possible_vector(stream, ray, s, vertices, visit_hits)) return true;
     return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
@@ -453,18 +478,24 @@ template <int kAxis = kAnyAxis>
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
     const CertainRange range = certain_range(stream, ray);
-    bool is_uncertain = false;
-    const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FilteredTriangles& t,
+    std::uint32_t uncertain = 0;
+    const auto is_occluder = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
                                  const DepthSum& mean, Mask possible) HWY_ATTR {
         const Mask certain = certain_occluders(t.edges, mean, range) & possible;
         if (!none(certain) && !none(certain & finite_lanes(vertices, at))) return true;
-        is_uncertain |= !none(and_not(certainly_beyond(t.edges, mean, range), possible));
-        return false;
+        possible = and_not(certainly_beyond(t.edges, mean, range), possible);
+        if (none(possible)) return false;
+        // A copy, so that `t` itself need not be in memory.
+        const FilteredTriangles copy = t;
+        const FilteredHits hits = filtered_occluders(stream, ray, copy, possible);
+        uncertain |= bits_of(hits.uncertain) << (v * kLanes);
+        return !none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at));
     };
     if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
         return true;
-    return is_uncertain && intersect_leaf(stream, ray, stream.tfar[ray], leaf,
-                                          [](std::uint32_t, const TriangleHit&) { return true; });
+    return uncertain != 0 &&
+           intersect_leaf_exactly(stream, ray, stream.tfar[ray], leaf, uncertain,
+                                  [](std::uint32_t, const TriangleHit&) { return true; });
 }
 
 #endif  // HWY_TARGET
