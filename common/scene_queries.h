@@ -112,8 +112,8 @@ struct Rivals {
     std::vector<std::uint32_t> ends;
 };
 
-/// Finds the closest triangles whose squared distance is at most `most_d2`. Tracers on the host
-/// append their rivals where these are not null; a device knows none.
+/// Finds the closest triangles whose squared distance is at most `most_d2`. Where `rivals` is not
+/// null, tracers on the host append to it instead, and `closest` may be empty; a device knows none.
 struct ClosestQuery {
     std::span<const vec3> points;
     float most_d2;

@@ -139,8 +139,8 @@ Feature feature_of(const Corners& corners, const std::array<double, 3>& weights)
 /// that of the nearby point r is subtracted, which keeps their digits.
 DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners) {
     const std::array<dvec3, 3> x = {dvec3(corners[0]), dvec3(corners[1]), dvec3(corners[2])};
-    DoublePlace inside;
-    if (is_inside(p, x, inside)) return inside;
+    DoublePlace found;
+    if (is_inside(p, x, found)) return found;
     const double blur = blur_of(corners);
     DoublePlace edges[3];
     Difference distances[3];
@@ -150,15 +150,15 @@ DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corn
         distances[i] = difference(p, r, edges[i].place.point, blur);
         if (distances[i].value < distances[nearest].value) nearest = i;
     }
-    bool is_certain = inside.is_certain;
+    bool is_certain = found.is_certain;
     for (int i = 0; i < 3; ++i) {
         if (distances[i].least() > distances[nearest].most()) continue;
         is_certain &= edges[i].is_certain &&
                       (i == nearest || feature_of(corners, edges[i].place.weights) ==
                                            feature_of(corners, edges[nearest].place.weights));
     }
-    edges[nearest].is_certain = is_certain;
-    return edges[nearest];
+    found = {edges[nearest].place, is_certain};
+    return found;
 }
 
 /// The closest place of a triangle in integers of any length.

@@ -442,8 +442,8 @@ private:
 //
 // A lower bound of the distance of a triangle from a point is much cheaper than the rule: the
 // offset r of each place of the triangle is at least r.w / |w| long for any w, and r.w is least at
-// a vertex. w is the offset of the nearest vertex. The constants cover rounding, that of the rule
-// as well (lab/proofs/closest.g), so that the bound may be fused.
+// a vertex. w is the offset of the nearest vertex, or that of a place, or a normal. The constants
+// cover rounding, that of the rule as well (lab/proofs/closest.g), so that bounds may be fused.
 
 HWY_INLINE FloatVec fused_dot(const lanes::Float3& a, const lanes::Float3& b) {
     return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
@@ -464,6 +464,54 @@ HWY_INLINE Mask may_be_within(const lanes::Float3& a, const lanes::Float3& b,
     const FloatVec along = max(min3(fused_dot(w, a), fused_dot(w, b), fused_dot(w, c)), zero());
     const FloatVec limit = mul_add(d2, splat(kNearestVertexRounding), error2);
     return along * along <= w2 * limit;
+}
+
+HWY_INLINE lanes::Float3 fused_cross(const lanes::Float3& a, const lanes::Float3& b) {
+    return {mul_sub(a.y, b.z, a.z * b.y), mul_sub(a.z, b.x, a.x * b.z),
+            mul_sub(a.x, b.y, a.y * b.x)};
+}
+
+/// a + s e
+HWY_INLINE lanes::Float3 fused_sum(const lanes::Float3& a, FloatVec s, const lanes::Float3& e) {
+    return {mul_add(s, e.x, a.x), mul_add(s, e.y, a.y), mul_add(s, e.z, a.z)};
+}
+
+/// Bounds of the distance of a triangle, but for their rounding.
+struct DistanceBounds {
+    FloatVec least, most;
+};
+
+/// The bounds for the triangle a, b, c, relative to the point. `most` is the distance of the
+/// nearest of four places: on each edge and inside, as floats find them. `least` is along the
+/// nearest edge's place, or along the normal where there is a place inside.
+HWY_INLINE DistanceBounds distance_bounds(const lanes::Float3& a, const lanes::Float3& b,
+                                          const lanes::Float3& c) {
+    const FloatVec least_square = splat(kTiny * kTiny);
+    const FloatVec one = splat(1.0f);
+    const auto on_edge = [&](const lanes::Float3& p, const lanes::Float3& e) HWY_ATTR {
+        const FloatVec at = -fused_dot(p, e) / max(fused_dot(e, e), least_square);
+        return fused_sum(p, min(max(at, zero()), one), e);
+    };
+    const lanes::Float3 ab = b - a, ca = a - c;
+    lanes::Float3 w = on_edge(a, ab);
+    FloatVec d2 = fused_dot(w, w);
+    for (const lanes::Float3& place : {on_edge(b, c - b), on_edge(c, ca)}) {
+        const FloatVec place2 = fused_dot(place, place);
+        w = select(place2 < d2, place, w);
+        d2 = min(d2, place2);
+    }
+    const lanes::Float3 normal = fused_cross(ca, ab);
+    const FloatVec scale = one / max(fused_dot(normal, normal), least_square);
+    const FloatVec of_b = fused_dot(a, fused_cross(ca, normal)) * scale;
+    const FloatVec of_c = fused_dot(a, fused_cross(ab, normal)) * scale;
+    const FloatVec of_a = one - (of_b + of_c);
+    const lanes::Float3 inside = fused_sum(fused_sum(lanes::scaled_by(a, of_a), of_b, b), of_c, c);
+    const Mask is_inside = min3(of_a, of_b, of_c) > zero();
+    d2 = select(is_inside, min(d2, fused_dot(inside, inside)), d2);
+    w = select(is_inside, normal, w);
+    const FloatVec to_a = fused_dot(w, a), to_b = fused_dot(w, b), to_c = fused_dot(w, c);
+    const FloatVec along = max3(min3(to_a, to_b, to_c), -max3(to_a, to_b, to_c), zero());
+    return {along / max(hn::Sqrt(fused_dot(w, w)), splat(kTiny)), hn::Sqrt(d2)};
 }
 
 /// The triangles near a point, among which the closest one is.
@@ -515,18 +563,20 @@ private:
     float least_lost_ = std::numeric_limits<float>::infinity();
 };
 
-/// Searches for the closest triangle to a point by the rule, and for its rivals, which may be
-/// closer exactly. Rivals are found on the way, since they are in the same leaves.
-template <class Sees>
+/// Searches for the closest triangle to a point by the rule; or else for its rivals, the triangles
+/// that may exactly be the closest one, which needs no rule.
+template <bool kFindsRivals, class Sees>
 class ClosestSearch {
 public:
-    /// Triangles farther than `closest` do not count, nor those without sees(prim_id).
-    HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest, Sees sees)
-        : p_(point), closest_(closest), sees_(sees) {
+    /// Triangles whose squared distance by the rule is above `most_d2` need not be found. Those
+    /// without sees(prim_id) do not exist.
+    HWY_INLINE ClosestSearch(vec3 point, float most_d2, Sees sees)
+        : p_(point), most_d2_(most_d2), most_(most_d2), sees_(sees) {
+        if constexpr (!kFindsRivals) return;
         const FloatVec farthest = lanes::largest_component(p_);
         point_error_ = splat(kPointRounding) * (farthest + splat(1.0f));
         // No corner is farther on an axis.
-        set_most(most_of(hn::Sqrt(splat(closest.d2)), farthest + splat(kSceneExtent)));
+        set_most(most_of(hn::Sqrt(splat(most_d2)), farthest + splat(kSceneExtent)));
     }
 
     /// Visits the leaf `near_leaf` first. It is the leaf of the answer for the point before, and
@@ -545,21 +595,21 @@ public:
         };
         for_each_near_leaf(bvh, most_d2_, near, [&](std::uint32_t leaf) HWY_ATTR {
             if (leaf == first_leaf) return;
-            const std::uint32_t before = closest_.prim_id;
+            const float before = most_d2_;
             search_leaf(bvh, leaf);
-            if (closest_.prim_id != before) near_leaf = leaf;
+            if (most_d2_ < before) near_leaf = leaf;
         });
     }
 
-    const ClosestTriangle& closest() const { return closest_; }
+    ClosestTriangle closest() const { return {most_d2_, prim_id_}; }
     HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh) {
-        if (closest_.prim_id != kNoPrim) near_.append_to(rivals, bvh, most_, sees_);
+        near_.append_to(rivals, bvh, most_, sees_);
         rivals.ends.push_back(static_cast<std::uint32_t>(rivals.triangles.size()));
     }
 
 private:
-    /// An upper bound of the exact distances of triangles, by the distances of the rule and the
-    /// largest coordinates relative to the point.
+    /// An upper bound of the exact distances of triangles, by the distances of places on them and
+    /// the largest coordinates relative to the point.
     HWY_INLINE FloatVec most_of(FloatVec d, FloatVec size) const {
         return d + splat(kRuleDefect) * size + point_error_;
     }
@@ -586,47 +636,49 @@ private:
                      lanes::largest_component(to_c));
             near = near & may_be_within(to_a, to_b, to_c, size, most_d2);
             if (none(near)) return;
-            const FloatVec d2 = lanes::triangle_distance2(p_, a, b, c);
-            const FloatVec d = hn::Sqrt(d2);
-            const FloatVec least = d - splat(kRuleExcess) * size;
-            near = near & (least <= splat(most_));
-            const auto for_each_of = [&](Mask lanes, auto use) HWY_ATTR {
-                for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1)
-                    use(static_cast<std::uint32_t>(std::countr_zero(bits)));
+            const auto for_each_of = [&](Mask lanes, FloatVec value, auto use) HWY_ATTR {
+                HWY_ALIGN float values[kLanes];
+                store(value, values);
+                for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1) {
+                    const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+                    const std::uint32_t slot = slot_of(i);
+                    const std::uint32_t prim_id = first_seen(bvh, leaf.prim_id[slot], sees_);
+                    if (kSeesAll<Sees> || prim_id != kNoPrim) use(i, slot, prim_id, values[i]);
+                }
             };
-            if constexpr (!kSeesAll<Sees>) {
-                std::uint32_t seen = 0;
-                for_each_of(near, [&](std::uint32_t i) {
-                    const std::uint32_t first = leaf.prim_id[slot_of(i)];
-                    if (first_seen(bvh, first, sees_) != kNoPrim) seen |= 1u << i;
-                });
-                near = mask_of(seen);
+            if constexpr (kFindsRivals) {
+                const DistanceBounds bounds = distance_bounds(to_a, to_b, to_c);
+                const FloatVec least = bounds.least - splat(kRuleExcess) * size;
+                near = near & (least <= splat(most_));
+                if constexpr (!kSeesAll<Sees>) {
+                    std::uint32_t seen = 0;
+                    for_each_of(near, least, [&](std::uint32_t i, auto...) { seen |= 1u << i; });
+                    near = mask_of(seen);
+                }
+                if (none(near)) return;
+                const FloatVec most = select(near, most_of(bounds.most, size), splat(most_));
+                set_most(hn::MinOfLanes(kFloats, min(most, splat(most_))));
+                for_each_of(near & (least <= splat(most_)), least,
+                            [&](auto, std::uint32_t slot, auto, float value)
+                                HWY_ATTR { near_.add(value, index, slot, most_); });
+            } else {
+                const FloatVec d2 = lanes::triangle_distance2(p_, a, b, c);
+                for_each_of(near & (d2 <= most_d2), d2,
+                            [&](auto, auto, std::uint32_t prim_id, float value) HWY_ATTR {
+                                if (!is_closer(value, prim_id, most_d2_, prim_id_)) return;
+                                most_d2_ = value;
+                                prim_id_ = prim_id;
+                            });
             }
-            if (none(near)) return;
-            HWY_ALIGN float values[kLanes];
-            const Mask closer = near & (d2 <= splat(closest_.d2));
-            if (!none(closer)) {
-                store(d2, values);
-                for_each_of(closer, [&](std::uint32_t i) {
-                    const std::uint32_t first = leaf.prim_id[slot_of(i)];
-                    const std::uint32_t prim_id = first_seen(bvh, first, sees_);
-                    if (is_closer(values[i], prim_id, closest_.d2, closest_.prim_id))
-                        closest_ = {values[i], prim_id};
-                });
-                const FloatVec most = splat(most_);
-                set_most(hn::MinOfLanes(kFloats, select(near, min(most_of(d, size), most), most)));
-            }
-            store(least, values);
-            for_each_of(near & (least <= splat(most_)),
-                        [&](std::uint32_t i) { near_.add(values[i], index, slot_of(i), most_); });
         });
     }
 
     lanes::Float3 p_;
+    /// Without rivals the squared distance of the closest triangle so far. Else the exactly closest
+    /// one is no farther than most_, and its square is rounded up.
+    float most_d2_, most_;
+    std::uint32_t prim_id_ = kNoPrim;
     FloatVec point_error_;
-    ClosestTriangle closest_;
-    /// The exactly closest triangle is no farther than this; the square is rounded up.
-    float most_, most_d2_;
     NearTriangles near_;
     [[no_unique_address]] Sees sees_;
 };

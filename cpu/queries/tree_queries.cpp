@@ -127,13 +127,19 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
 
 template <class SeesOf>
 void find_closest(const Bvh& bvh, const ClosestQuery& query, SeesOf sees_of) {
+    using Sees = decltype(sees_of(std::size_t{}));
     std::uint32_t near_leaf = kNoPrim;
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.watch.throw_if_cancelled();
-        ClosestSearch search(query.points[i], {query.most_d2, kNoPrim}, sees_of(i));
-        search.search(bvh, near_leaf);
-        query.closest[i] = search.closest();
-        if (query.rivals != nullptr) search.append_to(*query.rivals, bvh);
+        if (query.rivals == nullptr) {
+            ClosestSearch<false, Sees> search(query.points[i], query.most_d2, sees_of(i));
+            search.search(bvh, near_leaf);
+            query.closest[i] = search.closest();
+        } else {
+            ClosestSearch<true, Sees> search(query.points[i], query.most_d2, sees_of(i));
+            search.search(bvh, near_leaf);
+            search.append_to(*query.rivals, bvh);
+        }
     }
 }
 

@@ -151,8 +151,7 @@ void BruteTracer::answer(const ClosestQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.watch.throw_if_cancelled();
         const vec3& p = query.points[i];
-        ClosestTriangle& closest = query.closest[i];
-        closest = {query.most_d2, kNoPrim};
+        ClosestTriangle closest{query.most_d2, kNoPrim};
         std::vector<Candidate> candidates;
         // The exactly closest triangle is no farther than this.
         float most = std::numeric_limits<float>::infinity();
@@ -170,7 +169,10 @@ void BruteTracer::answer(const ClosestQuery& query) const {
                                       kPointRounding * (largest_component(p) + 1));
         };
         for_each_mesh_triangle(*topology_, positions_, test);
-        if (query.rivals == nullptr) continue;
+        if (query.rivals == nullptr) {
+            query.closest[i] = closest;
+            continue;
+        }
         for (const Candidate& candidate : candidates) {
             if (closest.prim_id != kNoPrim && candidate.least <= most)
                 query.rivals->triangles.push_back(candidate.triangle);

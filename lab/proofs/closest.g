@@ -2,8 +2,9 @@
 #
 #   bounds       if may_be_within() is false for some d2, the rule gives more than d2, and the triangle is
 #                farther; the rule's distance is above that of the triangle by at most kRuleExcess R, and
-#                below it by kRuleDefect R; a rounded point moves either by kPointRounding (|p| + 1)
-#   code         may_be_within (cpu/queries/tree_queries-inl.h), triangle_distance2
+#                below it by kRuleDefect R; so are the bounds of distance_bounds() at most;
+#                a rounded point moves either by kPointRounding (|p| + 1)
+#   code         may_be_within, distance_bounds (cpu/queries/tree_queries-inl.h), triangle_distance2
 #                (common/interop/closest_rule.h)
 #   constants    kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare,
 #                kRuleExcess, kRuleDefect, kPointRounding, kRivalRounding
@@ -17,6 +18,9 @@
 #                is at most the rule's distance plus g, and the triangle's plus g, and
 #                (x - g)^2 >= x^2 / (1 + n) - g^2 / n for any n, here 2^-15. No product underflows that
 #                decides: L <= |w|^2 as computed, and limits are at least kLeastNearestVertexErrorSquare.
+#                distance_bounds: any place with weights from 0 on and any w will do. Its weights add up to 1
+#                as the rule's do. What underflows in L is less than 2^-80, since |w| is taken for
+#                2^-60 or more; kPointRounding leaves room for it.
 #
 # step: kNearestVertexRounding 0.9999
 # step: kNearestVertexErrorSquare 0.05
@@ -31,6 +35,11 @@
   /\ |p| <= 1 /\ |d| <= 2 /\ s in [0, 0.5]
   -> |p * e3 + d * s * ((1 + e1) * (1 + e2) * (1 + e3) - 1)| <= 0x4.1p-24 }
 
+## lemma: a place x on an edge by s from either end, fused or not: 5.0625 e R
+{ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
+  /\ |x| <= 1 /\ |d| <= 2 /\ s in [0, 1]
+  -> |x * e3 + d * s * ((1 + e1) * (1 + e2) - 1) * (1 + e3)| <= 0x5.1p-24 }
+
 ## lemma: the weights of a place inside add up to 1 within 2.125 e: 1 - S rounded, S = q + r rounded
 { |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ S in [0, 0x1.00001p0]
   -> |e2 * (1 - S) - e1 * S| <= 0x2.2p-24 }
@@ -39,12 +48,17 @@
 { |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
   -> |(1 + e1) * (1 + e2) * (1 + e3) - 1| <= 0x3.2p-24 }
 
-# So a component of the rule's place is off by 4.0625 e for an edge, by 3.125 (1 + 2.125 e) +
-# 2.125 (1 + 2.125 e) < 5.3 e inside, by e more for vertices, and by 2^-60.
+# So a component of a place is off by 4.0625 e for the rule's edge, by 5.0625 e for an edge of the bounds, by
+# 3.125 (1 + 2.125 e) + 2.125 (1 + 2.125 e) < 5.3 e inside, by e more for vertices, and by 2^-60.
 
-## lemma: the rule's distance is below that of the triangle by at most 11 e R + 2^-59
+## lemma: the distance of such a place, the rule's too, is below that of the triangle by at most 11 e R + 2^-59
 rule = 1.7321 * (5.3 + 1) * @kRounding@;
 { 11 * @kRounding@ - rule >= 0 /\ 0x1p-59 - 1.7321 * 0x1p-60 >= 0 }
+
+# Coordinates, three products, the length of w, the quotient and the product by kRuleExcess.
+## lemma: the lower bound along any w is above the distance by at most kRuleExcess R
+e = @kRounding@;
+{ @kRuleExcess@ * (1 - 8 * e) - (1 + 3.125 + 1.5625 + 1 + 1 + 1) * 1.7321 * e >= 0 }
 
 # The nearest vertex: coordinates, 2.125 e a component; sums of products, 3.125 e.
 ## lemma: g, and its square with that of 2^-59 twice

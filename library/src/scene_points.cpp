@@ -211,9 +211,10 @@ mray::NumberedTriangle closest_triangle(const mray::Bvh& tree, const mray::dvec3
     return mray::exact_closest(tree, p, sees, number);
 }
 
-/// The place on a triangle that is the closest one to the point p, which is `world`.
-PlacedTriangle place_on(const SceneImpl& scene, const mray::NumberedTriangle& triangle,
-                        const mray::dvec3& p, const Vec3& world) {
+/// Sets the place on a triangle that is the closest one to the point p, which is `world`. A copy of
+/// the place would wait for the stores to it.
+void place_on(const SceneImpl& scene, const mray::NumberedTriangle& triangle, const mray::dvec3& p,
+              const Vec3& world, PlacedTriangle& placed) {
     const mray::ExactPlace place = mray::exact_place(p, triangle.corners);
     double distance = mray::distance_in_doubles(p, triangle.corners, place.weights);
     // Nearer, the rounding of coordinates to the grid of scene space may count.
@@ -223,17 +224,14 @@ PlacedTriangle place_on(const SceneImpl& scene, const mray::NumberedTriangle& tr
                                              world_corners(scene, triangle.prim_id));
     const auto& [first, second, third] = place.weights;
     const auto zeros = std::ranges::count(place.weights, 0.0);
-    PlacedTriangle placed{.prim_id = triangle.prim_id,
-                          .point = place.point,
-                          .distance = in_floats(distance),
-                          .u = static_cast<float>(second),
-                          .v = static_cast<float>(third),
-                          .feature = zeros == 0   ? Feature::face
-                                     : zeros == 1 ? Feature::edge
-                                                  : Feature::vertex};
+    placed.prim_id = triangle.prim_id;
+    placed.point = place.point;
+    placed.distance = in_floats(distance);
+    placed.u = static_cast<float>(second);
+    placed.v = static_cast<float>(third);
+    placed.feature = zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex;
     // On an edge without the first corner their sum is 1 in floats, too.
     if (first == 0) (second < third ? placed.v : placed.u) = 1.0f - std::min(placed.u, placed.v);
-    return placed;
 }
 
 /// Finds the exactly closest triangles of the points index(i), and the places on them.
@@ -242,10 +240,10 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
                  Index index, float most_d2, const mray::Watch& watch,
                  std::span<PlacedTriangle> placed) {
     const mray::Bvh& tree = scene.tracer().host_tree();
-    std::vector<mray::ClosestTriangle> found(run.size());
     mray::Rivals rivals;
+    rivals.triangles.reserve(run.size());
     const mray::SeesTriangle sees = asked.sees(index);
-    answer(scene, mray::ClosestQuery{run, most_d2, found, watch, &rivals}, sees, true);
+    answer(scene, mray::ClosestQuery{run, most_d2, {}, watch, &rivals}, sees, true);
     // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
@@ -256,7 +254,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
         first = rivals.ends[i];
         const mray::NumberedTriangle closest = closest_triangle(tree, exact[i], own, sees, i);
         if (closest.prim_id != mray::kNoPrim && asked.is_finite[index(i)] != 0)
-            placed[i] = place_on(scene, closest, exact[i], asked.world[index(i)]);
+            place_on(scene, closest, exact[i], asked.world[index(i)], placed[i]);
     }
 }
 
@@ -350,9 +348,8 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
                 find_places(scene, asked, run, index, most, watch, placed);
             };
             const auto visit = [&](std::size_t i, const PlacedTriangle& found) {
-                if (found.prim_id == mray::kNoPrim) return;
-                const ClosestPoint place = to_world(scene, found, scale);
-                if (place.distance <= max_distance) answers[i] = place;
+                if (found.prim_id != mray::kNoPrim && found.distance <= max_distance)
+                    answers[i] = to_world(scene, found, scale);
             };
             const auto query = [&](std::size_t begin, std::size_t size) {
                 query_ordered<PlacedTriangle>(asked, begin, size, find, visit);
