@@ -23,7 +23,6 @@
 #include "common/version.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
-#include "lab/bench/cgal_tree.h"
 #include "lab/bench/options.h"
 #include "lab/methods/embree.h"
 #include "lab/methods/paper_2007.h"
@@ -279,8 +278,7 @@ morphray::View pinhole_view(const ImageParams& params) {
 /// The same scene behind the public interface and as the peers have it.
 class Queries {
 public:
-    Queries(const Rig& rig, const BenchScene& scene)
-        : rig_(rig), cgal_(make_cgal_peer(scene)), ours_(user_scene(rig, scene)) {
+    Queries(const Rig& rig, const BenchScene& scene) : rig_(rig), ours_(user_scene(rig, scene)) {
         const std::size_t count = std::size_t{scene.params.width} * scene.params.height;
         for (const bool robust : {true, false}) {
             for (const EmbreeDevice& device : rig.devices)
@@ -296,8 +294,8 @@ public:
         };
         std::vector<Method> methods = {
             {where, {}, timing([&] { ours_.closest_points(to_user(points), ours); })}};
-        const auto add = [&](std::string name, std::string group, const FindClosest& find) {
-            const auto run = timing(rig_.arena, [&, find] { find(points, theirs); });
+        for (const EmbreeQueries& embree : embree_) {
+            const auto run = timing(rig_.arena, [&] { embree.find_closest(points, theirs); });
             const auto differences = [&, run] {
                 run(0);
                 std::uint64_t count = 0;
@@ -305,13 +303,9 @@ public:
                     count += differs(ours[i].distance, theirs[i].distance);
                 return count;
             };
-            methods.push_back({std::move(name), {}, run, std::move(group), differences});
-        };
-        for (const EmbreeQueries& embree : embree_) {
-            add("PointQuery " + embree.name(), embree.group(),
-                [&](auto some, auto nearest) { embree.find_closest(some, nearest); });
+            methods.push_back(
+                {"PointQuery " + embree.name(), {}, run, embree.group(), differences});
         }
-        if (cgal_.find_closest) add(cgal_.name, "cgal", cgal_.find_closest);
         rig_.report.compare({"closest", Unit::kNs, points.size()}, methods, 1, rig_.repeat);
     }
 
@@ -360,7 +354,6 @@ private:
 
     const Rig& rig_;
     std::deque<EmbreeQueries> embree_;
-    CgalPeer cgal_;
     morphray::Scene ours_;
 };
 
@@ -541,8 +534,8 @@ void bench_views(const Rig& rig, const BenchScene& scene) {
     rig.report.compare({"views", Unit::kMrayPerSecond, pixels}, methods, 1, rig.repeat);
 }
 
-/// Queries by the public interface the closest points, against Embree's point queries and CGAL's
-/// AABB_tree, and counts of hits and insides, against Embree's single rays with a filter.
+/// Queries by the public interface the closest points, against Embree's point queries, and counts
+/// of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig, const BenchScene& scene) {
     Queries queries(rig, scene);
     const std::uint32_t width = scene.params.width;

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <span>
 
 #include <glm/geometric.hpp>
 
@@ -17,9 +15,6 @@ struct NearestPoint {
     float distance;
     std::uint32_t prim_id;
 };
-
-/// Finds the closest point to each, in the calling thread's arena.
-using FindClosest = std::function<void(std::span<const vec3>, std::span<NearestPoint>)>;
 
 /// The point of the triangle a, b, c that is closest to p, in plain floats (C. Ericson. Real-Time
 /// Collision Detection, 2005, 5.1.5).

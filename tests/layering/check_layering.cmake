@@ -65,7 +65,6 @@ set(places
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/base/image_files\\.cpp$)"
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/methods/embree\\.h$|library/embree/|tests/library/embree/)"
-    "^CGAL/"                    "^lab/bench/cgal_tree\\.cpp$"
     "^pybind11/"                "^library/python/module/"
     "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/exact_closest|lab/accuracy/|scenes/polygons/triangulate\\.cpp$)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
