@@ -23,6 +23,7 @@
 #include "common/version.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
+#include "lab/bench/bench_scene.h"
 #include "lab/bench/options.h"
 #include "lab/methods/embree.h"
 #include "lab/methods/paper_2007.h"
