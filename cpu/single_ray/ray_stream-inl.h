@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -247,6 +248,11 @@ HWY_INLINE lanes::ShearedRay sheared_ray(const RayStream& stream, std::size_t ra
 // Rays that are ordered together. Neighbours in a batch stay neighbours in a stream.
 inline constexpr std::size_t kBatchRays = 2048;
 
+/// The signs of dir as bits. A zero counts as positive, as it does in rdir.
+HWY_INLINE std::uint8_t octant_of(vec3 dir) {
+    return static_cast<std::uint8_t>((dir.x < 0) + 2 * (dir.y < 0) + 4 * (dir.z < 0));
+}
+
 /// The indices of at most kBatchRays rays: octant k has order[begin[k] .. begin[k + 1]).
 struct OctantOrder {
     static constexpr std::size_t kOctants = 8;
@@ -276,11 +282,6 @@ private:
     // takes some cycles until it can be read.
     static constexpr std::size_t kParts = 4;
 
-    /// The signs of dir as bits. A zero counts as positive, as it does in rdir.
-    HWY_INLINE static std::uint8_t octant_of(vec3 dir) {
-        return static_cast<std::uint8_t>((dir.x < 0) + 2 * (dir.y < 0) + 4 * (dir.z < 0));
-    }
-
     /// Calls visit(part, i) for each i below count, where each part has its indices in order.
     template <class Visit>
     HWY_INLINE static void for_each(std::size_t count, Visit visit) {
@@ -296,6 +297,15 @@ private:
 /// each, where batch are the rays from `first` on.
 template <class Trace>
 HWY_INLINE void for_each_stream(std::span<const Ray> rays, Trace trace) {
+    // A few rays of one octant, such as those of a packet, need no order.
+    const auto is_like_first = [&](const Ray& ray) HWY_ATTR {
+        return octant_of(ray.dir) == octant_of(rays[0].dir);
+    };
+    if (!rays.empty() && rays.size() <= kStreamRays && std::ranges::all_of(rays, is_like_first)) {
+        std::uint16_t order[kStreamRays];
+        std::iota(order, order + rays.size(), std::uint16_t{0});
+        return trace(rays.data(), std::span(order, rays.size()), 0);
+    }
     for (std::size_t first = 0; first < rays.size(); first += kBatchRays) {
         const auto batch = rays.subspan(first, std::min(kBatchRays, rays.size() - first));
         const OctantOrder order(batch);

@@ -26,8 +26,10 @@ namespace mray::cpu::HWY_NAMESPACE {
 inline constexpr std::size_t kAloneIntersected = kTogetherAtNode;
 inline constexpr std::size_t kAloneOccluded = kLanes < 16 ? 4 : 6;
 
-// Rays that are alike go on together below a node if they are more than this many.
-inline constexpr std::size_t kTogetherAlike = kLanes < 16 ? 3 : 4;
+// Rays of a packet, at most this many, may be alike: they go on together below a node if they are
+// more than this many.
+inline constexpr std::size_t kPacketRays = 16;
+inline constexpr std::size_t kTogetherAlike = kLanes < 16 ? 2 : 4;
 
 /// Whether the rays begin near each other and go in much the same direction, as those of a packet.
 HWY_INLINE bool are_alike(std::span<const Ray> rays) {
@@ -45,12 +47,11 @@ HWY_INLINE bool are_alike(std::span<const Ray> rays) {
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
     assert(rays.size() == hits.size());
     std::size_t together = kTogetherAtNode;
-    if (rays.size() <= kAloneIntersected) {
-        if (rays.size() <= kTogetherAlike || !are_alike(rays)) {
-            for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_one(bvh, rays[i]);
-            return;
-        }
+    if (rays.size() <= kPacketRays && rays.size() > kTogetherAlike && are_alike(rays)) {
         together = kTogetherAlike;
+    } else if (rays.size() <= kAloneIntersected) {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_one(bvh, rays[i]);
+        return;
     }
     for_each_stream(
         rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)

@@ -85,6 +85,10 @@ public:
             found = next(traced, found);
         return found;
     }
+    /// Prefetches what set_hit() reads of the triangle.
+    void prefetch(const morphray::Hit& found) const {
+        if (found) __builtin_prefetch(&committed_.meshes[found.geom_id].normals[found.prim_id]);
+    }
     /// One by one: a copy of a record that was just written would wait for the cache.
     void set_hit(const morphray::Hit& found, RTCHit& hit) const {
         const CommittedMesh& mesh = committed_.meshes[found.geom_id];
@@ -188,7 +192,10 @@ constexpr Query::Kind kOcclusion = Query::Kind::occlusion;
 constexpr float kOccluded = -std::numeric_limits<float>::infinity();
 // Packets of fewer rays are traced one by one.
 constexpr std::size_t kFewRays = 4;
-// Rays of a stream that are traced together: an image of 256 x 256.
+constexpr std::size_t kMostInPacket = 16;
+// Hits are prefetched this many ahead.
+constexpr std::size_t kHitsAhead = 6;
+// Rays of a stream that are traced together: an image of 256 x 256. They take up to 4 MB.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
 constexpr morphray::QueryOptions kCallingThread = {.threads = morphray::Threads::calling};
 
@@ -255,7 +262,7 @@ void store_first(const Query& query, const morphray::Hit& found, const morphray:
     if (kind == kClosest) lane.store_hit(hit);
 }
 
-/// The memory, up to 4 MB, stays with the thread: fresh memory takes longer than the rays.
+/// Rays that are traced together, in memory of the thread: fresh memory takes longer than the rays.
 struct Batch {
     std::vector<std::uint32_t> active;
     std::vector<morphray::Ray> rays;
@@ -272,46 +279,71 @@ struct Batch {
     }
 };
 
-/// Traces the rays with the first `count` numbers of batch.active, in this thread.
-template <Query::Kind kind, class LaneOf>
-void trace_batch(const Query& query, LaneOf lane_of, Batch& batch, std::size_t count) {
-    // A filter may trace other rays.
-    Batch mine = std::exchange(batch, {});
-    const auto traced = std::span(mine.rays).first(count);
-    bool takes_any_hit = true;
-    for (std::size_t k = 0; k < count; ++k) {
-        const RTCRay& ray = lane_of(mine.active[k]).load();
-        traced[k] = query.to_trace(ray);
-        takes_any_hit = takes_any_hit && query.takes_any_hit(ray.mask);
-    }
-    if (kind == kOcclusion && takes_any_hit) {
-        const auto occluded = std::span(mine.occluded).first(count);
-        query.scene().occluded(traced, occluded, kCallingThread);
-        for (std::size_t k = 0; k < count; ++k)
-            if (occluded[k] != 0) lane_of(mine.active[k]).store_tfar(kOccluded);
-    } else {
-        const auto found = std::span(mine.hits).first(count);
-        query.scene().intersect(traced, found, kCallingThread);
-        for (std::size_t k = 0; k < count; ++k) {
-            if (!found[k]) continue;
-            const auto lane = lane_of(mine.active[k]);
-            if (takes_any_hit)
-                store<kind>(query, found[k], lane);
-            else
-                store_first<kind>(query, found[k], traced[k], lane);
-        }
-    }
-    batch = std::move(mine);
-}
+/// The same for few rays on the stack, not initialized.
+struct PacketBatch {
+    PacketBatch() {}
+
+    std::array<std::uint32_t, kMostInPacket> active;
+    union {
+        std::array<morphray::Ray, kMostInPacket> rays;
+    };
+    union {
+        std::array<morphray::Hit, kMostInPacket> hits;
+        std::array<std::uint8_t, kMostInPacket> occluded;
+    };
+};
 
 template <Query::Kind kind, class Lane>
 void trace_lane(const Query& query, const Lane& lane) {
     const RTCRay& ray = lane.load();
     const morphray::Ray traced = query.to_trace(ray);
-    if (kind == kOcclusion && query.takes_any_hit(ray.mask)) {
+    const bool takes_any_hit = query.takes_any_hit(ray.mask);
+    if (kind == kOcclusion && takes_any_hit) {
         if (query.scene().occluded(traced)) lane.store_tfar(kOccluded);
     } else if (const morphray::Hit found = query.scene().intersect(traced)) {
-        store_first<kind>(query, found, traced, lane);
+        if (takes_any_hit)
+            store<kind>(query, found, lane);
+        else
+            store_first<kind>(query, found, traced, lane);
+    }
+}
+
+/// Traces the rays lane_of(i) in [begin, end) with valid[i] == -1, or all if valid is null.
+template <Query::Kind kind, class LaneOf, class AnyBatch>
+void trace_range(const Query& query, LaneOf lane_of, std::size_t begin, std::size_t end,
+                 const int* valid, AnyBatch& batch) {
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < end; ++i)
+        if (valid == nullptr || valid[i] == -1)
+            batch.active[count++] = static_cast<std::uint32_t>(i);
+    if (count < kFewRays) {
+        for (std::size_t k = 0; k < count; ++k) trace_lane<kind>(query, lane_of(batch.active[k]));
+        return;
+    }
+    const auto traced = std::span(batch.rays).first(count);
+    bool takes_any_hit = true;
+    for (std::size_t k = 0; k < count; ++k) {
+        const RTCRay& ray = lane_of(batch.active[k]).load();
+        traced[k] = query.to_trace(ray);
+        takes_any_hit = takes_any_hit && query.takes_any_hit(ray.mask);
+    }
+    if (kind == kOcclusion && takes_any_hit) {
+        const auto occluded = std::span(batch.occluded).first(count);
+        query.scene().occluded(traced, occluded, kCallingThread);
+        for (std::size_t k = 0; k < count; ++k)
+            if (occluded[k] != 0) lane_of(batch.active[k]).store_tfar(kOccluded);
+        return;
+    }
+    const auto found = std::span(batch.hits).first(count);
+    query.scene().intersect(traced, found, kCallingThread);
+    for (std::size_t k = 0; k < count; ++k) {
+        query.prefetch(found[std::min(k + kHitsAhead, count - 1)]);
+        if (!found[k]) continue;
+        const auto lane = lane_of(batch.active[k]);
+        if (takes_any_hit)
+            store<kind>(query, found[k], lane);
+        else
+            store_first<kind>(query, found[k], traced[k], lane);
     }
 }
 
@@ -338,22 +370,18 @@ template <Query::Kind kind, class Arguments, class LaneOf>
 void trace(const char* call, RTCScene scene, const Arguments* arguments, const void* rays,
            LaneOf lane_of, std::size_t count, const int* valid = nullptr) noexcept {
     ask<kind>(call, scene, arguments, rays, [&](const Query& query) {
-        thread_local Batch batch;
-        for (std::size_t begin = 0; begin < count; begin += kBatch) {
-            const std::size_t end = std::min(count, begin + kBatch);
-            batch.resize(end - begin);
-            std::size_t size = 0;
-            for (std::size_t i = begin; i < end; ++i)
-                if (valid == nullptr || valid[i] == -1)
-                    batch.active[size++] = static_cast<std::uint32_t>(i);
-            if (size >= kFewRays) {
-                trace_batch<kind>(query, lane_of, batch, size);
-                continue;
-            }
-            std::array<std::uint32_t, kFewRays> few;
-            std::copy_n(batch.active.begin(), size, few.begin());
-            for (std::size_t k = 0; k < size; ++k) trace_lane<kind>(query, lane_of(few[k]));
+        if (count <= kMostInPacket) {
+            PacketBatch batch;
+            trace_range<kind>(query, lane_of, 0, count, valid, batch);
+            return;
         }
+        thread_local Batch kept;
+        // A filter may trace other rays.
+        Batch batch = std::exchange(kept, {});
+        batch.resize(std::min(count, kBatch));
+        for (std::size_t begin = 0; begin < count; begin += kBatch)
+            trace_range<kind>(query, lane_of, begin, std::min(count, begin + kBatch), valid, batch);
+        kept = std::move(batch);
     });
 }
 

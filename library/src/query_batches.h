@@ -26,11 +26,12 @@ void for_runs_of(std::size_t begin, std::size_t end, mray::Watch watch, Work wor
     const bool is_timed = least != 0 && watch.can_cancel();
     for (std::size_t size = is_timed ? least : most; begin < end && !watch.is_cancelled();) {
         const std::size_t count = std::min(size, end - begin);
-        const mray::Stopwatch clock;
+        std::optional<mray::Stopwatch> clock;
+        if (is_timed) clock.emplace();
         work(begin, count);
         begin += count;
-        if (!is_timed) continue;
-        const double wanted = static_cast<double>(count) * kWantedMs / std::max(clock.ms(), 1e-3);
+        if (!clock) continue;
+        const double wanted = static_cast<double>(count) * kWantedMs / std::max(clock->ms(), 1e-3);
         size = std::clamp(static_cast<std::size_t>(wanted), least, most);
     }
 }

@@ -259,7 +259,9 @@ private:
         for (RTCRayHit& ray : rays) ray = draw_ray();
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const RTCRayHit expected = model_.trace(rays[i]);
-            const RTCRayHit found = trace(scene_, rays[i]);
+            RTCRayHit asked = rays[i];
+            if (!has_masks_) asked.ray.mask = dice_.below(4);
+            const RTCRayHit found = trace(scene_, asked);
             const RTCHit& hit = found.hit;
             ASSERT_TRUE(hit.geomID == expected.hit.geomID && hit.primID == expected.hit.primID &&
                         same(found.ray.tfar, expected.ray.tfar) && same(hit.u, expected.hit.u) &&
@@ -267,7 +269,7 @@ private:
                 << "ray " << i << ": geometry " << hit.geomID << ", primitive " << hit.primID
                 << ", t " << found.ray.tfar << "; expected geometry " << expected.hit.geomID
                 << ", primitive " << expected.hit.primID << ", t " << expected.ray.tfar;
-            ASSERT_EQ(is_occluded(scene_, rays[i]), expected.hit.geomID != kInvalid);
+            ASSERT_EQ(is_occluded(scene_, asked), expected.hit.geomID != kInvalid);
             if (hit.geomID == kInvalid || rays.size() >= kMostRays) continue;
             // The same with an end of its interval at the hit.
             RTCRayHit again = rays[i];
