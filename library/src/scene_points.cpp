@@ -92,7 +92,7 @@ struct ScenePoints {
     void sort(PointOrder by) {
         if (points.size() > kFewPoints) order = order_points(points, by);
     }
-    /// What the points index(i) see; empty if they see all.
+    /// The filter of the points with the numbers index(i); empty if they see all triangles.
     template <class Index>
     mray::SeesTriangle sees(Index index) const {
         if (filter.sees_all()) return {};
