@@ -15,9 +15,11 @@
 #include "tests/app/scenes.h"
 
 namespace mray::test {
-namespace {
 
+// As in tests/scenes/gltf/gltf_builder.h.
 using Json = nlohmann::json;
+
+namespace {
 
 TEST(Probe, GivesTheSameResultOnEveryBackend) {
     const TemporaryFolder folder;
