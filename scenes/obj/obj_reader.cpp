@@ -178,13 +178,17 @@ std::string full_map(std::string_view words) {
 /// Adds the material that the statements describe, unless its name is known. tinyobjloader uses a
 /// kilobyte a material, so it reads them one by one.
 void add_material(const std::string& statements, const fs::path& library, MaterialMap& materials) {
+    // Versions of tinyobjloader read names with blanks differently.
+    std::string_view name = std::string_view(statements).substr(0, statements.find('\n'));
+    if (next_word(name) != "newmtl") return;
+    name = trimmed(name, kBlanks);
     std::istringstream stream(statements);
     std::map<std::string, int> indices;
     std::vector<tinyobj::material_t> read;
     std::string ignored;
     tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
     const tinyobj::material_t& one = read.back();
-    if (one.name.empty()) return;
+    if (name.empty()) return;
     const auto& kd = one.diffuse;
     const tinyobj::texture_option_t& map = one.diffuse_texopt;
     Material material{.map = file_name_of(one.diffuse_texname),
@@ -193,7 +197,7 @@ void add_material(const std::string& statements, const fs::path& library, Materi
                       .offset = {map.origin_offset[0], map.origin_offset[1]},
                       .library = library};
     if (kd[0] >= 0) material.albedo = albedo_of(kd[0], kd[1], kd[2]);
-    materials.try_emplace(one.name, std::move(material));
+    materials.try_emplace(std::string(name), std::move(material));
 }
 
 /// Gives faces colours and textures. Texture files lie at the library's path or beside it.
