@@ -326,9 +326,8 @@ private:
     double measured_build_cost_ = 0;
     /// 0 before the first.
     double restructure_cost_ = 0;
-    /// The median of the last traces, each divided by its slow-down. Before the end of the first
-    /// update a build is taken to cost a sound trace. Until a trace nothing is restructured, and
-    /// then nothing is rebuilt.
+    /// The median of the last traces, each divided by its slow-down. Before the first trace
+    /// nothing is restructured, and only the first update may rebuild, at the price of one trace.
     double sound_trace_ = 0;
     bool has_update_ = false;
     /// The updates since the last trace.

@@ -182,13 +182,13 @@ void add_material(const std::string& statements, const fs::path& library, Materi
     std::string_view name = std::string_view(statements).substr(0, statements.find('\n'));
     if (next_word(name) != "newmtl") return;
     name = trimmed(name, kBlanks);
+    if (name.empty()) return;
     std::istringstream stream(statements);
     std::map<std::string, int> indices;
     std::vector<tinyobj::material_t> read;
     std::string ignored;
     tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
     const tinyobj::material_t& one = read.back();
-    if (name.empty()) return;
     const auto& kd = one.diffuse;
     const tinyobj::texture_option_t& map = one.diffuse_texopt;
     Material material{.map = file_name_of(one.diffuse_texname),
