@@ -64,14 +64,20 @@ struct RayBatch {
     std::span<std::uint8_t> occluded = {};
 };
 
+/// Words of a Hit, as bits.
+enum HitWords : std::uint32_t { kHitT = 1, kHitU = 2, kHitV = 4, kHitPrim = 8, kWholeHit = 15 };
+
 /// The traced camera rays of the pixels [x0, x1) x [y0, y1) of a view.
 struct TracedTile {
     std::size_t view;
     std::uint32_t x0, y0, x1, y1;
-    /// At pixel (x0, y0), if the batch has them; the next row is `stride` elements further on.
-    const Hit* hits = nullptr;
+    /// At pixel (x0, y0), if the batch has them; the next row is `stride` pixels further on.
+    /// The words hit_words of each pixel's hit. t of a miss is infinite without kHitPrim.
+    const void* hits = nullptr;
     const std::uint32_t* pixels = nullptr;
     std::size_t stride = 0;
+    /// HitWords: at least those of the batch.
+    std::uint32_t hit_words = kWholeHit;
 };
 
 /// Views of one size with camera rays alone.
@@ -79,7 +85,8 @@ struct ViewBatch {
     /// The same for all views; only cameras differ.
     ImageParams params;
     std::span<const Camera> cameras;
-    bool with_hits = true;
+    /// HitWords that are needed.
+    std::uint32_t hit_words = kWholeHit;
     bool with_pixels = false;
     /// Takes tiles, which are valid until it returns: one at a time in the threads that trace, or
     /// many in the calling thread.

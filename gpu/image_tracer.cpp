@@ -1,5 +1,6 @@
 #include "gpu/image_tracer.h"
 
+#include <bit>
 #include <vector>
 
 #include "common/frame_times.h"
@@ -91,6 +92,7 @@ void copy_rows(const Buffer& buffer, const Buffer& copy, const RegionArguments& 
 void ImageTracer::prepare_kernels(const Watch& watch) {
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
+    if (packed_words_ != 0) needed.push_back(&kernels_.pack_hits);
     needed.push_back(&kernels_.primary);
     if (samples_ != 0) {
         needed.push_back(&kernels_.compact);
@@ -103,6 +105,7 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
                         const Watch& watch) {
     with_pixels_ = frame.with_pixels;
     with_hits_ = frame.with_hits;
+    packed_words_ = 0;
     samples_ = rays_per_hit(params.rays, params.ao_count);
     prepare_kernels(watch);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
@@ -130,14 +133,16 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
 
 void ImageTracer::trace_views(const ViewBatch& views, BackendTimes& times, const Watch& watch) {
     with_pixels_ = views.with_pixels;
-    with_hits_ = views.with_hits;
+    const RayBuffers& b = *passes_.buffers();
+    const std::uint32_t words = b.hits.buffer.mapped().empty() ? views.hit_words : kWholeHit;
+    packed_words_ = words != kWholeHit ? words : 0;
+    with_hits_ = words == kWholeHit;
     samples_ = 0;
     prepare_kernels(watch);
     const std::size_t pixel_count = std::size_t{views.params.width} * views.params.height;
     times.rays = pixel_count * views.cameras.size();
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
-    const RayBuffers& b = *passes_.buffers();
-    const Hit* const hits = seen_by_host<Hit>(b.hits.buffer, b.hits_copy);
+    const auto* const hits = seen_by_host<std::uint32_t>(b.hits.buffer, b.hits_copy);
     const auto* const pixels = seen_by_host<std::uint32_t>(b.pixels, b.pixels_copy);
     const auto wanted_tiles = [&] {
         const std::uint32_t most = passes_.size().tiles;
@@ -173,8 +178,9 @@ void ImageTracer::trace_views(const ViewBatch& views, BackendTimes& times, const
             const std::uint32_t end = region.y + region.height;
             for (std::uint32_t y = region.y; y < end; y += 64) {
                 const std::uint32_t y1 = std::min(y + 64, end);
-                traced.push_back({view, region.x, y, region.x + region.width, y1, hits + first,
-                                  pixels + first, region.width});
+                const std::size_t first_word = std::size_t{first} * std::popcount(words);
+                traced.push_back({view, region.x, y, region.x + region.width, y1, hits + first_word,
+                                  pixels + first, region.width, words});
                 first += region.width * (y1 - y);
             }
         }
@@ -187,13 +193,16 @@ double ImageTracer::trace_regions(std::span<const RegionArguments> regions, std:
     const auto shade_and_copy = [&](VkCommandBuffer commands) {
         for (const RegionArguments& region : regions)
             if (with_pixels_) shade(commands, region);
+        if (packed_words_ != 0)
+            kernels_.pack_hits.dispatch(commands, PackArguments{count, packed_words_},
+                                        groups_of(count));
         passes_.copy_results(commands, count, with_hits_, false, with_pixels_);
     };
     const double device_ms = context_.submit("trace views", [&](VkCommandBuffer commands) {
         passes_.begin(commands);
         for (const RegionArguments& region : regions)
             kernels_.primary.dispatch(commands, region, region.tile_count);
-        // Writer: camera rays; reader: shading.
+        // Writer: camera rays; readers: shading and packing.
         barrier(commands);
         shade_and_copy(commands);
         passes_.end(commands);

@@ -65,6 +65,8 @@ private:
     // Of the image that is traced.
     bool with_pixels_ = true;
     bool with_hits_ = true;
+    /// HitWords that a kernel copies for the host, instead of whole hits.
+    std::uint32_t packed_words_ = 0;
     /// Secondary rays of a visible pixel.
     std::uint32_t samples_ = 0;
     /// Tiles of a region, and secondary rays of a submission.

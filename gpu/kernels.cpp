@@ -33,6 +33,7 @@ Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
       winding(SPIRV(winding), query_steps(steps), QueryArguments{}),
       closest(SPIRV(closest), query_steps(steps), QueryArguments{}),
       shade(SPIRV(shade), steps, kNoRegion),
+      pack_hits(SPIRV(pack_hits), steps, PackArguments{}),
       move_bodies(SPIRV(move_bodies), steps, BodyArguments{}),
       refit_leaves(SPIRV(refit_leaves), steps, RefitArguments{}),
       refit_nodes(SPIRV(refit_nodes), steps, RefitArguments{}) {}

@@ -89,6 +89,7 @@ public:
     Kernel winding;
     Kernel closest;
     Kernel shade;
+    Kernel pack_hits;
     Kernel move_bodies;
     Kernel refit_leaves;
     Kernel refit_nodes;

@@ -96,7 +96,8 @@ RayBuffers::RayBuffers(Device& device, const PassSize& pass_size, BufferKind buf
       states(device, "states", 4 * kStateUints * size.resume_slots, kWritten, Memory::kDevice),
       header(device, "work header", sizeof(WorkHeader), 0, Memory::kHost) {
     const auto add_copy = [&](Buffer& copy, const char* name, const Buffer& buffer) {
-        if (buffer.mapped().empty()) copy = Buffer(device, name, buffer.size(), 0, Memory::kHost);
+        if (buffer.mapped().empty())
+            copy = Buffer(device, name, buffer.size(), kWritten, Memory::kHost);
     };
     add_copy(hits_copy, "copy of hits", hits.buffer);
     add_copy(occlusion_copy, "copy of occlusion", occlusion.buffer);
@@ -114,6 +115,7 @@ void RayBuffers::add_to(Bindings& bindings) const {
     bindings.buffers[kBindPixels] = pixels.get();
     bindings.buffers[kBindWork] = work.get();
     bindings.buffers[kBindStates] = states.get();
+    bindings.buffers[kBindPackedHits] = hits_copy.get();
 }
 
 std::unique_ptr<RayBuffers> RayBufferPool::take(Device& device, const PassSize& size,

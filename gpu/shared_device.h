@@ -27,7 +27,8 @@ struct RayBuffers {
     Buffer states;
     /// The WorkHeader of the last submission, for the host.
     Buffer header;
-    /// Copies of results for the host, empty where it sees the device's memory.
+    /// Copies of results for the host, empty where it sees the device's memory. A kernel writes to
+    /// that of hits.
     Buffer hits_copy;
     Buffer occlusion_copy;
     Buffer pixels_copy;

@@ -43,7 +43,8 @@ SHARED_CONST uint kBindVisiblePixelsOut = 19u;
 SHARED_CONST uint kBindMovedPositions = 24u;  // uvec4 texels, or three words each
 SHARED_CONST uint kBindRestPositions = 25u;   // as kBindPositions
 SHARED_CONST uint kBindBodies = 26u;          // uvec4, kBodyVec4s each
-SHARED_CONST uint kBindingCount = 27u;
+SHARED_CONST uint kBindPackedHits = 27u;      // uint, the host's copy of hits, a storage buffer
+SHARED_CONST uint kBindingCount = 28u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -143,6 +144,12 @@ struct OcclusionArguments {
 
 struct RaysArguments {
     uint ray_count;
+};
+
+/// Push constants of `pack_hits`: the words of the first `count` hits, as bits.
+struct PackArguments {
+    uint count;
+    uint words;
 };
 
 // Values of QueryArguments.round.

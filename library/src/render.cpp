@@ -525,7 +525,10 @@ public:
     StackChannels(const SceneImpl& scene, const mray::ViewBatch& views, const ImageStack& stack)
         : scene_(scene), views_(views), stack_(stack) {}
 
-    bool need_hits() const { return has_depths_ || has_triangles_ || !stack_.uv.empty(); }
+    std::uint32_t hit_words() const {
+        return (has_depths_ ? mray::kHitT : 0u) | (has_triangles_ ? mray::kHitPrim : 0u) |
+               (stack_.uv.empty() ? 0u : mray::kHitU | mray::kHitV);
+    }
 
     void fill(const mray::TracedTile& tile) const {
         const auto [width, height] = std::pair(views_.params.width, views_.params.height);
@@ -534,40 +537,61 @@ public:
             const std::size_t from = (y - tile.y0) * tile.stride;
             const std::size_t to = (tile.view * height + y) * width + tile.x0;
             if (views_.with_pixels) std::copy_n(tile.pixels + from, columns, &stack_.shaded[to]);
-            if (!views_.with_hits) continue;
-            const std::span<const mray::Hit> hits(tile.hits + from, columns);
-            if (has_depths_) fill_depths(views_.cameras[tile.view], tile.x0, y, hits, to);
-            if (has_triangles_) fill_triangles(hits, to);
-            for (std::size_t i = 0; i < columns && !stack_.uv.empty(); ++i)
-                stack_.uv[to + i] = {hits[i].u, hits[i].v};
+            if (has_depths_) fill_depths(tile, y, from, to);
+            if (has_triangles_) fill_triangles(tile, from, to);
+            if (stack_.uv.empty()) continue;
+            const HitColumn<float> u(tile, mray::kHitU, from), v(tile, mray::kHitV, from);
+            for (std::size_t i = 0; i < columns; ++i) stack_.uv[to + i] = {u[i], v[i]};
         }
     }
 
 private:
-    void fill_depths(const mray::Camera& camera, std::uint32_t x, std::uint32_t y,
-                     std::span<const mray::Hit> hits, std::size_t to) const {
-        for (const mray::Hit& hit : hits) {
+    /// A word of the hits of a tile, from pixel `first` on.
+    template <class T>
+    class HitColumn {
+    public:
+        HitColumn(const mray::TracedTile& tile, mray::HitWords word, std::size_t first)
+            : step_(sizeof(T) * static_cast<std::size_t>(std::popcount(tile.hit_words))),
+              words_(static_cast<const std::byte*>(tile.hits) + first * step_ +
+                     sizeof(T) *
+                         static_cast<std::size_t>(std::popcount(tile.hit_words & (word - 1u)))) {}
+        const T& operator[](std::size_t i) const {
+            return *reinterpret_cast<const T*>(words_ + i * step_);
+        }
+
+    private:
+        std::size_t step_;
+        const std::byte* words_;
+    };
+
+    void fill_depths(const mray::TracedTile& tile, std::uint32_t y, std::size_t from,
+                     std::size_t to) const {
+        const mray::Camera& camera = views_.cameras[tile.view];
+        const HitColumn<float> ts(tile, mray::kHitT, from);
+        const HitColumn<std::uint32_t> prims(tile, mray::kHitPrim, from);
+        const bool has_prims = (tile.hit_words & mray::kHitPrim) != 0;
+        for (std::uint32_t x = tile.x0; x < tile.x1; ++x, ++to) {
+            const std::size_t i = x - tile.x0;
             float depth = std::numeric_limits<float>::infinity();
-            if (hit.prim_id != mray::kNoPrim)
-                depth = mray::world_depth(camera, scene_.pose().space(), hit.t, x, y);
+            if (has_prims ? prims[i] != mray::kNoPrim : ts[i] < depth)
+                depth = mray::world_depth(camera, scene_.pose().space(), ts[i], x, y);
             if (!stack_.depth.empty()) stack_.depth[to] = depth;
             if (!stack_.distance.empty()) {
                 const mray::dvec3 dir(mray::camera_direction(camera, x, y));
                 stack_.distance[to] = static_cast<float>(depth * std::sqrt(glm::dot(dir, dir)));
             }
-            ++x;
-            ++to;
         }
     }
 
-    void fill_triangles(std::span<const mray::Hit> hits, std::size_t to) const {
+    void fill_triangles(const mray::TracedTile& tile, std::size_t from, std::size_t to) const {
+        const HitColumn<std::uint32_t> prims(tile, mray::kHitPrim, from);
         // Neighbours often have one triangle.
         std::uint32_t prim = mray::kNoPrim;
         Hit triangle;
         mray::vec3 normal(0, 0, 0);
-        for (const mray::Hit& hit : hits) {
-            if (hit.prim_id != prim) {
-                prim = hit.prim_id;
+        for (std::size_t i = 0; i < tile.x1 - tile.x0; ++i, ++to) {
+            if (prims[i] != prim) {
+                prim = prims[i];
                 const bool is_hit = prim != mray::kNoPrim;
                 triangle = is_hit ? scene_.meshes().locate(0, 0, 0, prim) : Hit{};
                 normal = is_hit && !stack_.normal.empty() ? flat_normal(scene_, prim)
@@ -576,7 +600,6 @@ private:
             if (!stack_.geom_id.empty()) stack_.geom_id[to] = triangle.geom_id;
             if (!stack_.prim_id.empty()) stack_.prim_id[to] = triangle.prim_id;
             if (!stack_.normal.empty()) stack_.normal[to] = {normal.x, normal.y, normal.z};
-            ++to;
         }
     }
 
@@ -626,8 +649,8 @@ void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
     batch.cameras = cameras;
     batch.with_pixels = !stack.shaded.empty();
     const StackChannels channels(scene, batch, stack);
-    batch.with_hits = channels.need_hits();
-    if (!batch.with_hits && !batch.with_pixels) return;
+    batch.hit_words = channels.hit_words();
+    if (batch.hit_words == 0 && !batch.with_pixels) return;
     batch.take = [&](std::span<const mray::TracedTile> tiles) {
         if (tiles.size() == 1) return channels.fill(tiles.front());
         scene.arena().execute([&] {

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -87,6 +90,60 @@ TEST(OnePicture, ImagesEqualBruteForceHoweverTheyAreDividedAndCopied) {
                                 view(width, height, kRaysAo)});
         }
     }
+}
+
+// Rays are suspended, and views are divided into several submissions. Without the triangle a miss
+// has an infinite t.
+TEST(OnePicture, ViewsHaveTheNeededWordsOfHits) {
+    const TestScene scene = torus(32, 16);
+    const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+    set_scene(*brute, scene, built_tree(scene));
+    ViewBatch views;
+    views.params = view(45, 31, kRaysPrimary);
+    std::vector<Camera> cameras(3, views.params.camera);
+    std::vector<Frame> frames(cameras.size());
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        cameras[i].org.x += static_cast<float>(i) * 0.1f * kSceneExtent;
+        views.params.camera = cameras[i];
+        brute->trace_image(views.params, frames[i]);
+    }
+    views.cameras = cameras;
+    std::size_t wrong = 0, pixels = 0;
+    views.take = [&](std::span<const TracedTile> tiles) {
+        for (const TracedTile& tile : tiles) {
+            EXPECT_EQ(tile.hit_words & views.hit_words, views.hit_words);
+            const auto step = static_cast<std::size_t>(std::popcount(tile.hit_words));
+            for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
+                for (std::uint32_t x = tile.x0; x < tile.x1; ++x, ++pixels) {
+                    const std::size_t from = (y - tile.y0) * tile.stride + (x - tile.x0);
+                    const std::size_t i = std::size_t{y} * views.params.width + x;
+                    const Hit& hit = frames[tile.view].hits[i];
+                    auto expected = std::bit_cast<std::array<std::uint32_t, 4>>(hit);
+                    if (hit.prim_id == kNoPrim && tile.hit_words != kWholeHit)
+                        expected[0] = std::bit_cast<std::uint32_t>(INFINITY);
+                    const auto* word = static_cast<const std::uint32_t*>(tile.hits) + from * step;
+                    for (std::uint32_t k = 0; k < 4; ++k)
+                        if ((tile.hit_words >> k & 1) != 0) wrong += *word++ != expected[k];
+                    if (views.with_pixels)
+                        wrong += tile.pixels[from] != frames[tile.view].pixels[i];
+                }
+            }
+        }
+    };
+    for (const gpu::Tuning& tuning :
+         {gpu::Tuning{}, gpu::Tuning{.force_staging = true},
+          gpu::Tuning{.step_budget = 60, .tiles_per_dispatch = 3, .force_staging = true}}) {
+        const std::unique_ptr<Backend> vulkan = validated_device(tuning);
+        set_scene(*vulkan, scene, built_tree(scene));
+        for (std::uint32_t words = 0; words <= kWholeHit; ++words) {
+            views.hit_words = words;
+            views.with_pixels = words % 3 == 0;
+            pixels = 0;
+            vulkan->trace_views(views);
+            EXPECT_EQ(pixels, 3u * 45 * 31);
+        }
+    }
+    EXPECT_EQ(wrong, 0u);
 }
 
 // Surfaces that hide each other, in one submission and in batches that end between the rays of a

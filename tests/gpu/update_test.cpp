@@ -7,6 +7,9 @@
 #include "common/image/frame.h"
 #include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
+#include "gpu/scene_buffers.h"
+#include "gpu/shared_device.h"
+#include "gpu/vulkan/context.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/backend_results.h"
@@ -137,6 +140,23 @@ TEST(VulkanUpdate, BodiesAreMovedOnTheDevice) {
             EXPECT_EQ(tree_hash(*vulkan), bvh_hash(expected)) << force_staging << ' ' << step;
         }
     }
+}
+
+TEST(VulkanUpdate, MovedBodiesAreLessThanAHundredthOfTheirPositions) {
+    // As many vertices as a torus of 10,000 triangles has.
+    constexpr std::uint32_t kBodies = 100, kVertices = 5000;
+    const std::vector<vec3> rest(kVertices, vec3(1));
+    Pose pose(std::vector<vec3>(std::size_t{kBodies} * kVertices, vec3(2)));
+    pose.move_to(std::vector<vec3>(pose.positions().size(), vec3(3)));
+    for (std::uint32_t i = 0; i < kBodies; ++i)
+        pose.add_body({i * kVertices, rest, 1, Transform{}, torus(3, 3).space()});
+    const auto shared = gpu::open_device({}, {});
+    const gpu::PositionUpdate update =
+        gpu::moved_positions(gpu::Context(shared->device, 60'000), pose);
+    EXPECT_EQ(update.bodies.size(), kBodies);
+    std::size_t bytes = 16 * kBodyVec4s * update.bodies.size();
+    for (const IndexRange& range : update.copied) bytes += sizeof(vec3) * (range.end - range.begin);
+    EXPECT_LT(bytes, sizeof(vec3) * pose.positions().size() / 100);
 }
 
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {

@@ -122,9 +122,10 @@ public:
     const MeshSlot* find(std::uint32_t geom_id) const;
 
     Hit locate(float t, float u, float v, std::uint32_t prim_id) const {
-        if (first_prims_.size() == 1) return {t, u, v, prim_id, geometry_ids_[0]};
-        const auto after = std::upper_bound(first_prims_.begin(), first_prims_.end(), prim_id);
-        const auto i = static_cast<std::size_t>(after - first_prims_.begin()) - 1;
+        std::size_t i = 0;
+        // Without branches: neighbours are of different meshes.
+        for (std::size_t count = first_prims_.size(); count > 1; count -= count / 2)
+            i += first_prims_[i + count / 2] <= prim_id ? count / 2 : 0;
         return {t, u, v, prim_id - first_prims_[i], geometry_ids_[i]};
     }
 
