@@ -195,7 +195,10 @@ public:
                                               tree.overhead, 100 * loss(tree.overhead));
         if (tree.restructured) rate_restructuring(tree.overhead);
         if (loss(tree.overhead) == 0) return {UpdateStep::kRefit, "sound: " + known};
-        if (!tree.restructured && !tree.new_tree && should_restructure(tree.overhead)) {
+        // No account knows before the next trace what a remedy has changed.
+        const bool is_new = tree.new_tree || untraced_.new_tree;
+        if (!tree.restructured && !is_new && untraced_.restructure == 0 &&
+            should_restructure(tree.overhead)) {
             overhead_before_ = tree.overhead;
             return {.step = UpdateStep::kRestructure,
                     .reason = "restructuring pays: " + known,
@@ -203,7 +206,7 @@ public:
         }
         const double now = residual(tree.overhead);
         if (now >= build_price()) return {UpdateStep::kRebuild, "pays at once: " + known};
-        if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + known};
+        if (is_new) return {UpdateStep::kRefit, "a new tree: " + known};
         if (tree.build_pending)
             return {UpdateStep::kRefit, "a build runs in the background: " + known};
         if (investments_ < build_cost_ || !builds_.is_due(now, build_price()))

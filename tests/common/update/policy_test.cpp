@@ -258,6 +258,38 @@ TEST(AutoPolicy, UpdatesBetweenTracesDoNotHideADegradedTree) {
     EXPECT_EQ(step, UpdateStep::kRestructure);
 }
 
+TEST(AutoPolicy, UpdatesBetweenTracesRebuildOnce) {
+    const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget = 100});
+    policy->built(30);
+    policy->frame_done({.trace = 10});
+    double overhead = 0;
+    int all_rebuilds = 0;
+    for (int frame = 0; frame < 100; ++frame) {
+        int rebuilds = 0;
+        for (int update = 1; update <= 5; ++update) {
+            FrameCost cost{.refit = 0.5};
+            overhead += 20;
+            UpdateStep step = policy->review({.overhead = overhead}).step;
+            if (step == UpdateStep::kRestructure) {
+                cost.restructure = 1;
+                step = policy->review({.overhead = overhead, .restructured = true}).step;
+            }
+            if (step == UpdateStep::kRebuild) {
+                ++rebuilds;
+                overhead = 0;
+                cost.rebuild = 30;
+                cost.new_tree = true;
+            }
+            cost.overhead = overhead;
+            if (update == 5) cost.trace = 10 + 0.01 * overhead;
+            policy->frame_done(cost);
+        }
+        ASSERT_LE(rebuilds, 1) << frame;
+        all_rebuilds += rebuilds;
+    }
+    EXPECT_GT(all_rebuilds, 0);
+}
+
 TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
     for (const UpdateConfig& config :
          {UpdateConfig{.budget = 0.25}, UpdateConfig{.budget = 100, .budget_ms = 2.5}}) {
