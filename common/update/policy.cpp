@@ -232,7 +232,6 @@ public:
                      .overhead = update.overhead,
                      .new_tree = untraced_.new_tree || update.new_tree,
                      .build_pending = untraced_.build_pending || update.build_pending};
-        has_update_ = true;
         if (update.trace <= 0) return;
         const FrameCost cost = std::exchange(untraced_, {});
         frame_cost_ = cost.refit + cost.trace;
@@ -280,7 +279,7 @@ private:
     /// Costs in traces of a sound tree.
     double build_price() const {
         if (traces_ > 0) return build_cost_ / sound_trace_;
-        return has_update_ ? std::numeric_limits<double>::infinity() : 1;
+        return untraced_.rebuild > 0 ? std::numeric_limits<double>::infinity() : 1;
     }
     double restructure_price() const { return restructure_cost() / sound_trace_; }
 
@@ -330,9 +329,8 @@ private:
     /// 0 before the first.
     double restructure_cost_ = 0;
     /// The median of the last traces, each divided by its slow-down. Before the first trace
-    /// nothing is restructured, and only the first update may rebuild, at the price of one trace.
+    /// nothing is restructured, and one update may rebuild, at the price of one trace.
     double sound_trace_ = 0;
-    bool has_update_ = false;
     /// The updates since the last trace.
     FrameCost untraced_ = {};
     std::array<double, 5> last_traces_ = {};

@@ -358,7 +358,10 @@ FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
 
 void TreeUpdater::frame_done(const TraceCost& trace) {
     finish();
-    policy_->frame_done(cost_of_frame(trace));
+    FrameCost cost = cost_of_frame(trace);
+    // built() has reported it.
+    if (last_.step == TreeStep::kBuilt) cost.rebuild = 0;
+    policy_->frame_done(cost);
 }
 
 const TreeUpdate& TreeUpdater::finish() {

@@ -73,6 +73,16 @@ TEST(ScenePoses, AreThoseOfTheCallersLines) {
     }
 }
 
+TEST(ScenePoses, BodiesThatLeaveOnePlaceBeforeTheFirstTraceGetANewTree) {
+    const UserMesh body(icosphere(3));
+    Scene scene =
+        Scene::build(std::vector<morphray::MeshView>(50, body.view()), Device::cpu(), kOptions);
+    std::vector<MeshPose> poses;
+    for (std::uint32_t i = 0; i < 50; ++i) poses.push_back({i, turned(i, 1, 0.1 * i - 2.5)});
+    EXPECT_EQ(scene.update().step, morphray::Step::keep);
+    EXPECT_EQ(scene.update(poses).step, morphray::Step::rebuild);
+}
+
 TEST(ScenePoses, StayUntilTheMeshGoes) {
     Bodies bodies;
     Bodies twin;

@@ -227,20 +227,18 @@ TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
     }
 }
 
-TEST(AutoPolicy, TreeThatIsHopelessIsRebuiltBeforeItsFirstTrace) {
+TEST(AutoPolicy, TreeThatIsHopelessIsRebuiltOnceBeforeItsFirstTrace) {
     const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(50);
+    policy->frame_done({.new_tree = true});
     EXPECT_EQ(policy->review({.overhead = 100}).step, UpdateStep::kRefit);
+    policy->frame_done({.refit = 0.1, .overhead = 100});
     EXPECT_EQ(policy->review({.overhead = 1e6}).step, UpdateStep::kRebuild);
-}
-
-TEST(AutoPolicy, TreeThatIsNotTracedIsNeverRebuilt) {
-    const auto policy = make_update_policy({PolicyKind::kAuto});
-    policy->built(50);
+    policy->frame_done({.refit = 0.1, .rebuild = 50, .new_tree = true});
     for (int frame = 0; frame < 20; ++frame) {
-        policy->frame_done({.refit = 0.1, .overhead = 1e6});
         ASSERT_EQ(policy->review({.overhead = 1e6}).step, UpdateStep::kRefit) << frame;
         policy->review({.overhead = 1e6, .restructured = true});
+        policy->frame_done({.refit = 0.1, .overhead = 1e6});
     }
 }
 
@@ -250,10 +248,10 @@ TEST(AutoPolicy, UpdatesBetweenTracesDoNotHideADegradedTree) {
     policy->built(5);
     UpdateStep step = UpdateStep::kRefit;
     for (int frame = 0; frame < 4 && step == UpdateStep::kRefit; ++frame) {
-        policy->review({.overhead = 1400});
-        policy->frame_done({.refit = 0.1, .overhead = 1400});
-        step = policy->review({.overhead = 1400}).step;
-        policy->frame_done({.refit = 0.1, .trace = 30, .overhead = 1400});
+        policy->review({.overhead = 900});
+        policy->frame_done({.refit = 0.1, .overhead = 900});
+        step = policy->review({.overhead = 900}).step;
+        policy->frame_done({.refit = 0.1, .trace = 30, .overhead = 900});
     }
     EXPECT_EQ(step, UpdateStep::kRestructure);
 }

@@ -203,6 +203,14 @@ TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
     EXPECT_GT(costs[1].rebuild, costs[0].restructure);
 }
 
+TEST(TreeUpdater, FirstFrameDoesNotReportTheFirstBuildAgain) {
+    std::vector<FrameCost> costs;
+    Rig rig(std::make_unique<KeepsCosts>(costs), {.deterministic = true});
+    rig.updater.frame_done({.ms = 1, .rays = 1000});
+    ASSERT_EQ(costs.size(), 1u);
+    EXPECT_EQ(costs[0].rebuild, 0);
+}
+
 TEST(TreeUpdater, TellsThePolicyEachMillisecondOfAnUpdateOnce) {
     std::vector<FrameCost> costs;
     Rig rig(std::make_unique<KeepsCosts>(costs));
