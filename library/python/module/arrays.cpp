@@ -27,6 +27,10 @@ bool has_dtype(const py::array& array, const py::dtype& dtype) {
     return py::detail::npy_api::get().PyArray_EquivTypes_(array.dtype().ptr(), dtype.ptr());
 }
 
+bool is_closest(const py::array& array) {
+    return has_dtype(array, closest_dtype()) || has_dtype(array, far_closest_dtype());
+}
+
 template <class Number>
 bool has_dtype(const py::array& array) {
     return has_dtype(array, py::dtype::of<Number>());
@@ -306,10 +310,10 @@ std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
     const py::array array = array_of(object, "excluded", 2);
     Shape shape = queries.shape;
     const std::string wanted = std::string("the ") + queries.name;
-    if (has_dtype(array, hit_dtype())) {
+    if (has_dtype(array, hit_dtype()) || is_closest(array)) {
         if (shape_of(array) != shape) throw_shape(array, "excluded", wanted);
-        const py::array packed = contiguous(array);
-        const auto* const hits = static_cast<const Hit*>(packed.data());
+        const QueryArray read = hit_array_of(array);
+        const auto* const hits = reinterpret_cast<const Hit*>(read.data);
         for (std::size_t i = 0; i < queries.count; ++i) excluded.push_back(hits[i].primitive());
         return excluded;
     }
@@ -323,7 +327,7 @@ std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
 
 QueryArray hit_array_of(const py::object& object) {
     py::array array = array_of(object, "hits");
-    if (has_dtype(array, closest_dtype()) || has_dtype(array, far_closest_dtype())) {
+    if (is_closest(array)) {
         py::array hits(hit_dtype(), shape_of(array));
         for (const char* const name : {"u", "v", "prim_id", "geom_id"}) hits[name] = array[name];
         array = hits;

@@ -67,8 +67,8 @@ struct QueryArray {
 QueryArray rays_of(const py::object& rays, const Point& origin);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points, const Point& origin);
-/// The triangles that queries leave out: an array of hit_dtype with the shape of the queries, or of
-/// (..., 2) integers, geom_id and prim_id. None: nothing.
+/// The triangles that queries leave out: an array of hit_dtype or one of closest points with the
+/// shape of the queries, or of (..., 2) integers, geom_id and prim_id. None: nothing.
 std::optional<std::vector<Primitive>> excluded_of(const py::object& excluded,
                                                   const QueryArray& queries);
 /// Hits of an array of hit_dtype, or made of one of closest points, read or copied as rays are.

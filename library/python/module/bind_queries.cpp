@@ -274,9 +274,9 @@ out:  a C-contiguous array of hit_dtype to write to, with one element a ray
 coherence: for speed alone: "none"; "sort" for rays in any order; or the width of the image whose rays
       they are, row by row
 visible: (G,) bool, one for each geom_id up to the highest: the meshes that exist for the call. None: all
-excluded: (N,) hit_dtype, or (N, 2) integers, geom_id and prim_id: for each ray a triangle that it leaves
-      out, such as that on which it starts; with a prim_id of -1 all of the mesh, such as the body that
-      carries a sensor. None: none
+excluded: (N,) hit_dtype or closest_dtype, or (N, 2) integers, geom_id and prim_id: for each ray a triangle
+      that it leaves out, such as that on which it starts; with a prim_id of -1 all of the mesh, such as the
+      body that carries a sensor. None: none
 threads: "all" of the device, or that which is "calling"
 cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 

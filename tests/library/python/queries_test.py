@@ -205,7 +205,11 @@ def test_points_see_some_triangles():
         assert_same_bits(ask(where, excluded=body), expected)
     closest = scene.closest_points(where)
     ids = np.stack([closest["geom_id"], closest["prim_id"]], axis=-1)
-    assert (scene.closest_points(where, excluded=ids)["prim_id"] != closest["prim_id"]).all()
+    second = scene.closest_points(where, excluded=ids)
+    assert (second["prim_id"] != closest["prim_id"]).all()
+    assert_same_bits(scene.closest_points(where, excluded=closest), second)
+    far = morphray.Scene([(ball, triangles), (0.5 * ball, triangles)], bounds=scene.bounds, origin=(0, 0, 2**-30))
+    assert far.closest_points(where, excluded=far.closest_points(where)).dtype["point"].base == np.float64
 
 
 def test_empty_lists_and_arrays_of_others_are_taken():
