@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <cerrno>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>

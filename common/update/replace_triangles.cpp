@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/bvh/box.h"
+#include "common/bvh/builder/split.h"
 
 namespace mray {
 namespace {

@@ -6,8 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "common/base/aligned_vector.h"
-#include "common/bvh/builder/split.h"
+#include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "common/interop/platform.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 

@@ -1,7 +1,6 @@
 // The methods that charts compare, over one scene.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>

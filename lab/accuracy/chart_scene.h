@@ -1,7 +1,6 @@
 // The scenes of charts, and their rays.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,7 +8,6 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
-#include "lab/methods/peer_tree.h"
 #include "lab/methods/tracers.h"
 
 namespace mray::lab {

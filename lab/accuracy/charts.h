@@ -1,7 +1,6 @@
 // The charts of `morphray chart`: tables of what methods measure, and figures of them.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>

@@ -3,7 +3,6 @@
 #define METHODS_GPU_PEER_INTERFACE_H
 
 #include "common/interop/camera.h"
-#include "common/interop/ray.h"
 
 SHARED_BEGIN
 

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/mesh.h"
 
 namespace mray::lab {

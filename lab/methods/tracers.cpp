@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <memory>
-#include <utility>
 
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "scenes/obj/obj_reader.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray {
 

@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "common/interop/platform.h"
 #include "common/scene/mesh.h"
 
 namespace mray {

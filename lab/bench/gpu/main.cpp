@@ -3,11 +3,9 @@
 // counts rays that hit another triangle than by the peer's rule.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <functional>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "common/update/refit_plan.h"
