@@ -5,14 +5,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <atomic>
-#include <functional>
-#include <utility>
-
 #include "common/base/thread_arena.h"
-#include "common/frame_times.h"
-#include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
 #include "cpu/image/tile_tracer.h"

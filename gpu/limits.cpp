@@ -7,9 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
-#include <vector>
 
-#include "common/base/errors.h"
 #include "common/bvh/bvh.h"
 
 namespace mray::gpu {

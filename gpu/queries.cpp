@@ -1,14 +1,8 @@
 #include "gpu/queries.h"
 
-#include <algorithm>
 #include <cassert>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <numeric>
-#include <vector>
 
-#include "common/base/errors.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/winding_rule.h"
 

@@ -3,11 +3,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <cstring>
-#include <utility>
 
 #include "common/bvh/box.h"
 

@@ -2,14 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cassert>
-#include <optional>
-#include <utility>
-#include <variant>
 
-#include "common/base/errors.h"
-#include "common/frame_times.h"
 #include "common/update/refit_plan.h"
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"

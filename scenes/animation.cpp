@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <string_view>
-#include <system_error>
 
 #include "common/text/text.h"
 #include "scenes/gltf/gltf_animation.h"

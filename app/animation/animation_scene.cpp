@@ -1,19 +1,9 @@
 #include "app/animation/animation_scene.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <iterator>
-#include <utility>
-
-#include <glm/geometric.hpp>
-
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
 #include "app/base/image_files.h"
 #include "common/image/depth.h"
-#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

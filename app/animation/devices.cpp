@@ -1,15 +1,12 @@
 #include "app/animation/devices.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <optional>
 
 namespace mray::app {
 namespace {

@@ -1,15 +1,8 @@
 #include "app/animation/frames.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
-#include <string_view>
 
-#include "common/base/errors.h"
-#include "common/text/text.h"
 #include "scenes/gltf/gltf_animation.h"
 #include "scenes/sequence/streamed_animation.h"
 

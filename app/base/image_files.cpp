@@ -6,23 +6,14 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
-#include <fmt/format.h>
 #include <png.h>
 #include <turbojpeg.h>
 
-#include <algorithm>
 #include <cassert>
 #include <csetjmp>
 #include <cstring>
-#include <limits>
-#include <memory>
-#include <span>
-#include <string>
-#include <vector>
 
-#include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/text.h"
 #include "morphray/mesh.hpp"
 
 namespace mray::app {

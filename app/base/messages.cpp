@@ -5,7 +5,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <cstdlib>
@@ -13,7 +12,6 @@
 #include <mutex>
 #include <new>
 #include <set>
-#include <stdexcept>
 
 #include "common/base/output_file.h"
 #include "common/base/watch.h"

@@ -1,13 +1,10 @@
 #include "app/cli/command_line.h"
 
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include <cmath>
-#include <memory>
 
 #include "app/base/messages.h"
-#include "common/simd/simd_target.h"
 #include "common/version.h"
 
 namespace mray::app {

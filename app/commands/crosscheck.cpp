@@ -1,12 +1,8 @@
 // morphray crosscheck: compares the images of all backends, trees and instruction sets.
 #include "app/commands/crosscheck.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cstring>
 #include <iterator>
-#include <limits>
 #include <random>
 
 #include "app/animation/animation_scene.h"
@@ -14,7 +10,6 @@
 #include "app/animation/frames.h"
 #include "app/commands/commands.h"
 #include "common/bvh/box.h"
-#include "common/simd/simd_target.h"
 #include "library/src/engine.h"
 
 namespace mray::app {

@@ -1,11 +1,8 @@
 // morphray devices: lists the Vulkan devices, and tests them.
-#include <algorithm>
-#include <optional>
 
 #include "app/animation/devices.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/text/text.h"
 
 namespace mray::app {
 namespace {

@@ -1,14 +1,8 @@
 #include "app/report/check_report.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <map>
-#include <string_view>
 
 #include "app/report/page.h"
-#include "common/text/text.h"
-#include "common/version.h"
 #include "report/compare.h"
 #include "report/shell.h"
 #include "report/table.h"

@@ -1,9 +1,6 @@
 #include "app/view/engine.h"
 
-#include <fmt/format.h>
-
 #include "app/animation/devices.h"
-#include "common/text/text.h"
 
 namespace mray::app {
 

@@ -1,11 +1,8 @@
 #include "app/view/state.h"
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <tuple>
 
-#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "app/animation/animation_scene.h"

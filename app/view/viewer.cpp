@@ -5,9 +5,7 @@
 #include <backends/imgui_impl_opengl2.h>
 #include <imgui.h>
 
-#include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <numbers>
 
 #include "app/animation/frames.h"

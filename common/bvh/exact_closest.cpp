@@ -2,11 +2,8 @@
 
 #include <gmpxx.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -1,13 +1,11 @@
 #include "common/scene/camera_setup.h"
 
 #include <cassert>
-#include <limits>
 #include <numbers>
 
 #include <glm/common.hpp>
 
 #include "common/base/errors.h"
-#include "common/interop/camera.h"
 
 namespace mray {
 namespace {

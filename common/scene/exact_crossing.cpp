@@ -3,7 +3,6 @@
 #include <gmpxx.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <iterator>

@@ -3,8 +3,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <cstring>
 #include <numeric>

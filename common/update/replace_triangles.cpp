@@ -1,6 +1,5 @@
 #include "common/update/replace_triangles.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "common/bvh/builder/split.h"

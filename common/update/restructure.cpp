@@ -1,7 +1,5 @@
 #include "common/update/restructure.h"
 
-#include <algorithm>
-#include <functional>
 #include <optional>
 #include <utility>
 

@@ -4,12 +4,7 @@
 
 #include <sys/resource.h>
 #include <unistd.h>
-#include <algorithm>
 #include <cassert>
-#include <chrono>
-#include <cmath>
-#include <limits>
-#include <utility>
 
 #include "common/bvh/box.h"
 

@@ -3,8 +3,6 @@
 
 #include <hwy/cache_control.h>
 
-#include <algorithm>
-#include <bit>
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
@@ -12,7 +10,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "common/base/aligned_vector.h"
 #include "cpu/image/shown_triangles-inl.h"
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/simd/rounding_bounds.h"

@@ -1,8 +1,5 @@
 #include "cpu/queries/tree_queries.h"
 
-#include <algorithm>
-#include <variant>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/queries/tree_queries.cpp"
 #include <hwy/foreach_target.h>

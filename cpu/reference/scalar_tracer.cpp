@@ -1,8 +1,6 @@
 #include "cpu/reference/scalar_tracer.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <glm/geometric.hpp>
 #include <limits>
 

@@ -1,7 +1,6 @@
 #include "cpu/scene_space/to_scene.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 

@@ -6,7 +6,6 @@
 // closest t.
 #include "cpu/single_ray/single_ray_tracer.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 

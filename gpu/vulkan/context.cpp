@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cstring>
 #include <numeric>
-#include <utility>
 
 #include "common/frame_times.h"
 

@@ -7,9 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
-#include <optional>
-#include <string_view>
-#include <utility>
 
 #include "common/text/text.h"
 

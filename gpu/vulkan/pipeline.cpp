@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
-#include <string>
 
 namespace mray::gpu {
 namespace {

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstddef>
-
 #include "common/update/refit_plan.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"

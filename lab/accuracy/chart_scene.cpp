@@ -1,13 +1,8 @@
 #include "lab/accuracy/chart_scene.h"
 
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <numbers>
 #include <random>
 

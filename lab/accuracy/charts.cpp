@@ -3,13 +3,6 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
-#include <array>
-#include <functional>
-#include <limits>
-#include <memory>
-#include <utility>
-
 #include "common/text/text.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"

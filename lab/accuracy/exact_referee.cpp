@@ -2,7 +2,6 @@
 
 #include <gmpxx.h>
 
-#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -1,16 +1,9 @@
 #include "lab/bench/bench_scene.h"
 
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <cmath>
-#include <glm/geometric.hpp>
 #include <numbers>
-#include <optional>
 
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
 
 namespace mray::lab {

@@ -3,22 +3,17 @@
 #include "lab/methods/embree.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #ifdef __SSE2__
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 #endif
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
-#include "common/interop/camera.h"
 
 namespace mray::lab {
 namespace {

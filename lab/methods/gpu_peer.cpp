@@ -1,11 +1,6 @@
 #include "lab/methods/gpu_peer.h"
 
-#include <algorithm>
 #include <bit>
-#include <cstdint>
-#include <utility>
-
-#include "shaders/kernel_interface.h"
 
 // Generated from gpu_peer.comp; it uses std::uint32_t without including it.
 #include "lab/methods/gpu_peer_spirv.h"

@@ -1,12 +1,8 @@
 #include "lab/methods/paper_2007.h"
 
-#include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
-#include <memory>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "lab/methods/paper_2007.cpp"
@@ -14,7 +10,6 @@
 #include <hwy/highway.h>
 
 #include "common/bvh/builder/binary_tree.h"
-#include "common/simd/simd_target.h"
 #include "common/simd/vectors-inl.h"
 
 #ifndef MORPHRAY_LAB_METHODS_PAPER_PACKETS

@@ -1,11 +1,8 @@
 #include "lab/methods/report.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <utility>
 
 #include "common/base/output_file.h"
 #include "report/spread.h"

@@ -1,10 +1,7 @@
 #include "lab/methods/rules.h"
 
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
-#include <utility>
 
 #include "common/bvh/builder/binary_tree.h"
 #include "cpu/image/tile_tracer.h"

@@ -1,12 +1,8 @@
 #include "lab/methods/tracers.h"
 
-#include <array>
 #include <cassert>
 #include <cmath>
-#include <memory>
 
-#include "common/interop/camera.h"
-#include "common/interop/surface.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 

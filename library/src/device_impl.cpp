@@ -7,7 +7,6 @@
 #include <random>
 #include <sstream>
 
-#include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "common/interop/arithmetic.h"
-
 namespace morphray::detail {
 namespace {
 

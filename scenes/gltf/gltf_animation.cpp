@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <optional>
-#include <vector>
 
-#include "common/base/errors.h"
 #include "common/text/text.h"
 #include "scenes/gltf/gltf_scene.h"
 #include "scenes/gltf/pose.h"

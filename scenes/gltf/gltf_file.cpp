@@ -9,7 +9,6 @@
 #include <iterator>
 #include <limits>
 #include <type_traits>
-#include <utility>
 
 #include "common/base/input_file.h"
 #include "common/text/text.h"

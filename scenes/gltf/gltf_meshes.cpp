@@ -3,12 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <memory>
-#include <string>
 #include <tuple>
-#include <utility>
 
 #include "scenes/trig.h"
 

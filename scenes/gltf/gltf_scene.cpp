@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <set>
-#include <utility>
 
 #include <glm/geometric.hpp>
 

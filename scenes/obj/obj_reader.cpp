@@ -4,14 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <cstdint>
 #include <map>
 #include <set>
-#include <span>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>

@@ -1,8 +1,6 @@
 #include "scenes/procedural/hall.h"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 namespace mray {
 namespace {

@@ -4,16 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cassert>
-#include <cmath>
-#include <utility>
-#include <vector>
 
-#include <glm/geometric.hpp>
-
-#include "common/base/errors.h"
 #include "common/text/text.h"
 #include "scenes/procedural/hall.h"
 

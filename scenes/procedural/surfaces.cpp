@@ -1,7 +1,6 @@
 #include "scenes/procedural/surfaces.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace mray {
 

@@ -3,22 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <bit>
 #include <cassert>
-#include <cmath>
-#include <cstdint>
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <new>
 #include <numeric>
-#include <string_view>
-#include <system_error>
-#include <utility>
 
-#include "common/base/hash.h"
 #include "common/base/input_file.h"
 #include "common/text/text.h"
 #include "scenes/obj/obj_reader.h"

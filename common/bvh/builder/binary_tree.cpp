@@ -3,13 +3,8 @@
 #include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
-#include <atomic>
-#include <bit>
 #include <cstring>
-#include <limits>
 #include <mutex>
-#include <utility>
 
 #include "common/base/hash.h"
 

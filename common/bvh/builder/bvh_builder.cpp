@@ -4,7 +4,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "common/base/errors.h"
 #include "common/base/thread_arena.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/binary_tree.h"

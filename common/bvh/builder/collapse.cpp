@@ -2,9 +2,6 @@
 
 #include <tbb/parallel_invoke.h>
 
-#include <algorithm>
-#include <limits>
-
 namespace mray {
 Collapse::Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room) : nodes_(nodes) {
     if (nodes.empty()) return;

@@ -2,10 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <bit>
-#include <vector>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/bvh/builder/split.cpp"
 #include <hwy/foreach_target.h>
