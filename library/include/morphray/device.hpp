@@ -104,7 +104,7 @@ struct DeviceCheck {
 };
 
 /// Tests the device that VulkanOptions::device names, in this process. A dispatch that takes longer
-/// than 20 s is a device that does not answer: it is given up, and never destroyed. Keeps the
+/// than 60 s is a device that does not answer: it is given up, and never destroyed. Keeps the
 /// result in $XDG_CACHE_HOME/morphray or ~/.cache/morphray, for this device, driver and version of
 /// the library. Device::vulkan() does so for a device without a result. Throws as Device::vulkan(),
 /// and limit.
