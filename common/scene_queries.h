@@ -68,8 +68,9 @@ struct ClosestTriangle {
 
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite, those
 // of ClosestQuery within kOriginExtent. If `sees` is not null, only triangles that a point sees
-// exist for it; devices do not take such queries. A watch can cancel before each ray and point on
-// the CPU, and before each hit of lists on a device: Error(kCancelled) leaves any answers.
+// exist for it, and `hides`, unless null, may spare subtrees; devices take neither. A watch can
+// cancel before each ray and point on the CPU, and before each hit of lists on a device:
+// Error(kCancelled) leaves any answers.
 
 /// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {
@@ -103,6 +104,7 @@ struct WindingQuery {
     std::vector<UncertainCrossing>& uncertain;
     Watch watch = {};
     const SeesTriangle* sees = nullptr;
+    const HidesSubtree* hides = nullptr;
 };
 
 /// The triangles that may exactly be the closest ones of points, for one point after the other.
@@ -121,6 +123,7 @@ struct ClosestQuery {
     Watch watch = {};
     Rivals* rivals = nullptr;
     const SeesTriangle* sees = nullptr;
+    const HidesSubtree* hides = nullptr;
 };
 
 using QueryBatch = std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery>;

@@ -6,6 +6,37 @@
 #include "common/bvh/box.h"
 
 namespace mray {
+namespace {
+
+/// Sets the ranges of a subtree, a child of a node, and of all below it.
+IndexRange find_prims(const Bvh& bvh, std::uint32_t child, std::vector<IndexRange>& ranges) {
+    IndexRange all = {kNoPrim, 0};
+    const auto add = [&](const IndexRange& range) {
+        all = {std::min(all.begin, range.begin), std::max(all.end, range.end)};
+    };
+    if (!is_leaf(child)) {
+        for_each_child(bvh.nodes[child], [&](std::uint32_t, std::uint32_t below) {
+            add(find_prims(bvh, below, ranges));
+        });
+        return ranges[child] = all;
+    }
+    const Leaf& leaf = bvh.leaves[leaf_of(child)];
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (const std::uint32_t prim_id : std::span(leaf.prim_id).first(count)) {
+        add({prim_id, prim_id + 1});
+        for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
+            add({repeat.prim_id, repeat.prim_id + 1});
+    }
+    return ranges[bvh.nodes.size() + leaf_of(child)] = all;
+}
+
+}  // namespace
+
+std::vector<IndexRange> prim_ranges(const Bvh& bvh) {
+    std::vector<IndexRange> ranges(bvh.nodes.size() + bvh.leaves.size());
+    if (!bvh.nodes.empty()) find_prims(bvh, 0, ranges);
+    return ranges;
+}
 
 std::uint64_t bvh_hash(const Bvh& bvh) {
     return Hasher().add(std::span(bvh.nodes)).add(std::span(bvh.leaves)).digest();

@@ -10,6 +10,7 @@
 
 #include "common/base/aligned_vector.h"
 #include "common/interop/bvh_layout.h"
+#include "common/scene/mesh.h"
 
 namespace mray {
 
@@ -65,9 +66,13 @@ inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTria
 
 /// Tells if a triangle exists for the point with this number in a query.
 using SeesTriangle = std::function<bool(std::size_t point, std::uint32_t prim_id)>;
+/// True if no triangle of a subtree exists for the point: that of a node, or that of leaf i, whose
+/// number is i after those of all nodes.
+using HidesSubtree = std::function<bool(std::size_t point, std::size_t subtree)>;
 /// For a point for which every triangle exists.
 struct SeesAll {
     bool operator()(std::uint32_t) const { return true; }
+    bool hides(std::size_t) const { return false; }
 };
 
 /// The first of `prim_id` and its repeats for which sees(prim_id) is true, or kNoPrim.
@@ -78,6 +83,10 @@ std::uint32_t first_seen(const Bvh& bvh, std::uint32_t prim_id, Sees sees) {
         if (sees(repeat.prim_id)) return repeat.prim_id;
     return kNoPrim;
 }
+
+/// From the lowest to the highest prim_id of each subtree, in the order of HidesSubtree, with those
+/// that its triangles stand for. O(triangles).
+std::vector<IndexRange> prim_ranges(const Bvh& bvh);
 
 /// Adds triangles to those that a tree has in no leaf.
 void add_repeated(Bvh& bvh, std::vector<RepeatedTriangle> more);

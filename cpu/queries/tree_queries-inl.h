@@ -264,13 +264,32 @@ template <class Sees>
 inline constexpr bool kSeesAll = std::is_same_v<Sees, SeesAll>;
 inline constexpr auto kUnfiltered = [](std::size_t) { return SeesAll{}; };
 
+/// The triangles that exist for a point of a query.
+template <class Query>
+struct SeesSome {
+    const Query& query;
+    std::size_t point;
+
+    bool operator()(std::uint32_t prim_id) const { return (*query.sees)(point, prim_id); }
+    bool hides(std::size_t subtree) const {
+        return query.hides != nullptr && (*query.hides)(point, subtree);
+    }
+};
+
 /// Calls work(sees_of), where sees_of(i) is the filter of point i of a query.
 template <class Query, class Work>
 HWY_INLINE void with_filter(const Query& query, Work work) {
     if (query.sees == nullptr) return work(kUnfiltered);
-    work([&](std::size_t i) {
-        return [&query, i](std::uint32_t prim_id) { return (*query.sees)(i, prim_id); };
-    });
+    work([&](std::size_t i) { return SeesSome<Query>{query, i}; });
+}
+
+template <class Sees>
+HWY_INLINE bool hides_node(const Bvh& bvh, const Node& node, Sees sees) {
+    return sees.hides(static_cast<std::size_t>(&node - bvh.nodes.data()));
+}
+template <class Sees>
+HWY_INLINE bool hides_leaf(const Bvh& bvh, const Leaf& leaf, Sees sees) {
+    return sees.hides(bvh.nodes.size() + static_cast<std::size_t>(&leaf - bvh.leaves.data()));
 }
 
 // ---- Windings
@@ -318,6 +337,7 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
     FloatWinding winding;
     const lanes::Float3 p(clipped_point(point));
     const auto met = [&](const Node& node) HWY_ATTR {
+        if (hides_node(bvh, node, sees)) return 0u;
         return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
             const BoxLanes boxes = load_boxes(node, slot);
             return lanes::may_cross_in(p, boxes.lower, boxes.upper);
@@ -325,6 +345,7 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
     };
     for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
         ++leaves;
+        if (hides_leaf(bvh, leaf, sees)) return true;
         wind_around_leaf(bvh, leaf, p, winding, sees, uncertain);
         return true;
     });
@@ -585,6 +606,7 @@ public:
         const std::uint32_t first_leaf = near_leaf;
         if (first_leaf < bvh.leaves.size()) search_leaf(bvh, first_leaf);
         const auto near = [&](const Node& node, float* HWY_RESTRICT d2) HWY_ATTR {
+            if (hides_node(bvh, node, sees_)) return 0u;
             const FloatVec most_d2 = splat(most_d2_);
             return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
                 const BoxLanes boxes = load_boxes(node, slot);
@@ -594,7 +616,7 @@ public:
             });
         };
         for_each_near_leaf(bvh, most_d2_, near, [&](std::uint32_t leaf) HWY_ATTR {
-            if (leaf == first_leaf) return;
+            if (leaf == first_leaf || hides_leaf(bvh, bvh.leaves[leaf], sees_)) return;
             const float before = most_d2_;
             search_leaf(bvh, leaf);
             if (most_d2_ < before) near_leaf = leaf;

@@ -43,6 +43,9 @@ public:
         if (left_out.prim_id == kNoPrim) return hit.geom_id != left_out.geom_id;
         return hit.primitive() != left_out;
     }
+    bool hides_mesh(std::size_t query, std::uint32_t geom_id) const {
+        return geom_id != kNoGeometry && !sees(query, Hit{0, 0, 0, kNoPrim, geom_id});
+    }
     /// True if a query may leave out several triangles.
     bool hides_meshes() const {
         const auto is_mesh = [](const Primitive& left_out) {

@@ -118,6 +118,7 @@ void SceneImpl::start(const mray::Bvh* tree) {
 void SceneImpl::took_pose() {
     space_.emplace(pose_.space(), target());
     has_normals_of_pose_ = false;
+    meshes_of_subtrees_.clear();
 }
 
 void SceneImpl::read_list() {
@@ -281,6 +282,18 @@ void SceneImpl::fetch_tree() {
     if (tracer_->info().answers_threads) return;
     const std::scoped_lock lock(mutex_);
     tracer_->host_tree();
+}
+
+std::span<const std::uint32_t> SceneImpl::meshes_of_subtrees() {
+    const std::scoped_lock lock(mutex_);
+    std::vector<std::uint32_t>& meshes = meshes_of_subtrees_;
+    if (!meshes.empty()) return meshes;
+    for (const mray::IndexRange& prims : mray::prim_ranges(tracer_->host_tree())) {
+        const std::uint32_t first = meshes_.locate(0, 0, 0, prims.begin).geom_id;
+        const std::uint32_t last = meshes_.locate(0, 0, 0, prims.end - 1).geom_id;
+        meshes.push_back(first == last ? first : kNoGeometry);
+    }
+    return meshes;
 }
 
 const mray::VertexNormals& SceneImpl::normals() {

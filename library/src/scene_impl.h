@@ -58,6 +58,9 @@ public:
     void fetch_tree();
     Update finish_update() { return to_public(updater_->finish()); }
     const mray::VertexNormals& normals();
+    /// The only mesh of each subtree of the host's tree (mray::HidesSubtree), or kNoGeometry; valid
+    /// until the next update. The mutex must be free.
+    std::span<const std::uint32_t> meshes_of_subtrees();
     /// Of the meshes at the pose of the first call.
     const EdgeCounts& edge_counts();
 
@@ -91,6 +94,8 @@ private:
     mutable std::mutex mutex_;
     std::optional<mray::VertexNormals> normals_;
     bool has_normals_of_pose_ = false;
+    /// Empty until it is needed after an update.
+    std::vector<std::uint32_t> meshes_of_subtrees_;
     std::optional<EdgeCounts> edge_counts_;
 };
 

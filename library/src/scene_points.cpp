@@ -75,6 +75,8 @@ struct ScenePoints {
     std::vector<std::uint8_t> is_finite;
     /// The order of the queries; empty for the one given.
     std::vector<std::uint32_t> order;
+    /// SceneImpl::meshes_of_subtrees(), or empty.
+    std::span<const std::uint32_t> meshes = {};
 
     ScenePoints(const RaySpace& space, std::span<const Vec3> asked, const QueryFilter& seen,
                 PointOrder by)
@@ -100,11 +102,18 @@ struct ScenePoints {
             return filter.sees(index(i), prim_id);
         };
     }
+    template <class Index>
+    mray::HidesSubtree hides(Index index) const {
+        if (meshes.empty()) return {};
+        return [this, index](std::size_t i, std::size_t subtree) {
+            return filter.hides_mesh(index(i), meshes[subtree]);
+        };
+    }
 };
 
 /// Calls work(points, answers) for blocks of points, sorted `by`. Throws Error for wrong options.
 template <class Answer, class Work>
-void for_blocks(const SceneImpl& scene, std::span<const Vec3> points, std::span<Answer> answers,
+void for_blocks(SceneImpl& scene, std::span<const Vec3> points, std::span<Answer> answers,
                 PointOrder by, const QueryOptions& options, Work work) {
     require_room(points.size(), "points", answers.size());
     const QueryFilter filter(scene.meshes(), points.size(), "points", options);
@@ -113,6 +122,7 @@ void for_blocks(const SceneImpl& scene, std::span<const Vec3> points, std::span<
         0, points.size(), watch,
         [&](std::size_t first, std::size_t count) {
             ScenePoints block(scene.space(), points.subspan(first, count), filter.from(first), by);
+            if (filter.hides_meshes()) block.meshes = scene.meshes_of_subtrees();
             work(block, answers.subspan(first, count));
         },
         kMostPoints);
@@ -145,10 +155,14 @@ void query_points(SceneImpl& scene, const ScenePoints& points, const QueryOption
     scene.fetch_tree();
     query_on_host(scene, total, options, query);
 }
-/// Answers points within query_points(); an empty `sees` sees all triangles.
-template <class Query>
-void answer(SceneImpl& scene, Query query, const mray::SeesTriangle& sees, bool on_host = false) {
+/// Answers the points index(i) within query_points().
+template <class Query, class Index>
+void answer(SceneImpl& scene, Query query, const ScenePoints& points, Index index,
+            bool on_host = false) {
+    const mray::SeesTriangle sees = points.sees(index);
+    const mray::HidesSubtree hides = points.hides(index);
     if (sees) query.sees = &sees;
+    if (hides) query.hides = &hides;
     const bool by_tracer = scene.tracer().info().answers_threads || (!on_host && !sees);
     if (by_tracer) return scene.tracer().query(query);
     mray::cpu::TreeQueries(scene.tracer().host_tree(), scene.target())(query);
@@ -169,7 +183,7 @@ void wind(SceneImpl& scene, const ScenePoints& points, const QueryOptions& optio
     const auto find = [&](auto asked, auto answers, auto index) {
         std::vector<mray::FloatWinding> windings(asked.size());
         std::vector<mray::UncertainCrossing> uncertain;
-        answer(scene, mray::WindingQuery{asked, windings, uncertain, watch}, points.sees(index));
+        answer(scene, mray::WindingQuery{asked, windings, uncertain, watch}, points, index);
         for (std::size_t i = 0; i < answers.size(); ++i)
             answers[i] = {windings[i].winding, windings[i].crossings, false};
         for (const mray::UncertainCrossing& one : uncertain) {
@@ -243,7 +257,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
     mray::Rivals rivals;
     rivals.triangles.reserve(run.size());
     const mray::SeesTriangle sees = asked.sees(index);
-    answer(scene, mray::ClosestQuery{run, most_d2, {}, watch, &rivals}, sees, true);
+    answer(scene, mray::ClosestQuery{run, most_d2, {}, watch, &rivals}, asked, index, true);
     // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
@@ -265,7 +279,7 @@ void find_distances(SceneImpl& scene, const ScenePoints& asked, std::span<const 
                     Index index, float most_d2, const mray::Watch& watch,
                     std::span<float> distances) {
     std::vector<mray::ClosestTriangle> found(run.size());
-    answer(scene, mray::ClosestQuery{run, most_d2, found, watch}, asked.sees(index));
+    answer(scene, mray::ClosestQuery{run, most_d2, found, watch}, asked, index);
     std::vector<mray::vec3> near;
     std::vector<std::size_t> near_numbers;
     float most_near_d2 = 0;
