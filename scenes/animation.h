@@ -1,13 +1,7 @@
 // A deforming scene: one topology, positions as a function of the frame; and how it is opened.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
-#include <span>
-#include <string>
 
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <future>
-#include <memory>
-#include <span>
 
 #include "app/base/messages.h"
 #include "app/base/options.h"

@@ -2,12 +2,9 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
 #include <exception>
-#include <functional>
 #include <initializer_list>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "common/base/errors.h"

@@ -4,13 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <variant>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"

@@ -2,9 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "common/scene/scene_space.h"
 #include "morphray/geometry.hpp"

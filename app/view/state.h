@@ -1,8 +1,6 @@
 // The state of the viewer, which input changes, and the images that it asks for.
 #pragma once
 
-#include <span>
-
 #include <glm/vec4.hpp>
 #include "app/base/messages.h"
 #include "app/base/options.h"

@@ -1,10 +1,7 @@
 // The methods that charts compare, over one scene.
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "common/backend.h"
 #include "lab/accuracy/chart_scene.h"

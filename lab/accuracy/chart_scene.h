@@ -1,10 +1,6 @@
 // The scenes of charts, and their rays.
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
-
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"

@@ -1,11 +1,7 @@
 // The charts of `morphray chart`: tables of what methods measure, and figures of them.
 #pragma once
 
-#include <functional>
-#include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "lab/accuracy/chart_methods.h"
 #include "report/plot.h"

@@ -1,12 +1,7 @@
 // Decides exactly what a ray hits, and classifies answers (docs/guide/accuracy.md).
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <glm/vec3.hpp>
-#include <memory>
-#include <span>
-#include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/interop/ray.h"

@@ -1,10 +1,6 @@
 // How often a method is wrong, how far its right answers are off, and how fast it is.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
 #include "lab/accuracy/exact_referee.h"
 #include "lab/methods/tracers.h"
 #include "report/spread.h"

@@ -1,11 +1,6 @@
 // A scene with its rays, and the points of queries: everything that the works need.
 #pragma once
 
-#include <memory>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"

@@ -1,9 +1,6 @@
 // The command lines of the benchmark and of the comparison of two builds.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "common/scene/camera_setup.h"
 #include "common/simd/simd_target.h"
 

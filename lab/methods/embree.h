@@ -9,12 +9,7 @@
 #endif
 
 #include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <string>
 #include <type_traits>
-#include <vector>
 
 #include "common/image/frame.h"
 #include "common/scene/mesh.h"

@@ -1,10 +1,6 @@
 // The peer on a Vulkan device: a binary tree, one ray a lane, plain floats.
 #pragma once
 
-#include <memory>
-#include <span>
-#include <vector>
-
 #include "gpu/shared_device.h"
 #include "gpu/vulkan/context.h"
 #include "lab/methods/gpu_peer_interface.h"

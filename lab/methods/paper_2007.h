@@ -6,8 +6,6 @@
 // up once a packet. Its rounding is its own, so hits differ from ours as rarely as Embree's.
 #pragma once
 
-#include <span>
-
 #include "lab/methods/peer_tree.h"
 #include "lab/methods/tracers.h"
 

@@ -1,10 +1,6 @@
 // The binary tree of the peers that have no builder of their own.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "common/scene/mesh.h"
 
 namespace mray::lab {

@@ -1,12 +1,7 @@
 // Times ways to do the same work in turn, and reports each method of morphray beside a peer.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "common/frame_times.h"
 #include "report/machine.h"

@@ -2,8 +2,6 @@
 // plain binary tree with padded slabs, so that methods differ in the rule alone.
 #pragma once
 
-#include <vector>
-
 #include "lab/methods/peer_tree.h"
 #include "lab/methods/tracers.h"
 

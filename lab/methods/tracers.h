@@ -3,15 +3,8 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <cstdint>
-#include <functional>
-#include <limits>
 #include <memory>
-#include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"

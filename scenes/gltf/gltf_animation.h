@@ -2,8 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <string>
 
 #include "scenes/animation.h"
 

@@ -1,14 +1,9 @@
 // A glTF 2.0 file with its buffers and the numbers in them, and what its URIs name.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/base/errors.h"

@@ -1,14 +1,6 @@
 // The meshes of a glTF file, with their materials and skins.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "common/scene/mesh.h"
 #include "scenes/animation.h"
 #include "scenes/gltf/gltf_file.h"

@@ -1,14 +1,8 @@
 // A glTF scene: its nodes, its animation, and the meshes that nodes place.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <map>
-#include <optional>
-#include <span>
 #include <tuple>
-#include <vector>
 
 #include "scenes/gltf/gltf_meshes.h"
 

@@ -1,11 +1,7 @@
 // Where the nodes and vertices of a glTF scene are at a time.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <span>
-#include <vector>
 
 #include "common/simd/simd_target.h"
 #include "scenes/gltf/gltf_scene.h"

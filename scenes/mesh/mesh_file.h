@@ -1,18 +1,11 @@
 // A mesh as a file has it, and the rules for vertices and faces that all formats share.
 #pragma once
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <optional>
-#include <span>
-#include <string>
-#include <string_view>
 #include <unordered_map>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/base/hash.h"

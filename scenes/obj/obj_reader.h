@@ -1,12 +1,7 @@
 // Reads OBJ files, and MTL libraries of materials.
 #pragma once
 
-#include <array>
 #include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <unordered_map>
 
 #include "scenes/mesh/mesh_file.h"
 

@@ -1,10 +1,6 @@
 // Polygons to triangles.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "common/scene/mesh.h"
 
 namespace mray {

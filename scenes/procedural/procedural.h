@@ -1,9 +1,7 @@
 // Built-in deforming scenes: any size, the same on every run.
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 
 #include "scenes/procedural/surfaces.h"

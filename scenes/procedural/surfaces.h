@@ -1,11 +1,6 @@
 // What built-in scenes are made of: colours, turns, pseudorandom numbers, and surfaces over grids.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <functional>
-#include <optional>
-#include <span>
 #include <vector>
 
 #include <glm/geometric.hpp>

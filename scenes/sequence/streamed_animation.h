@@ -1,13 +1,7 @@
 // Animations whose keyframes are read when needed: mesh files, or one with a point cache.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "scenes/animation.h"
 #include "scenes/mesh/mesh_file.h"
