@@ -19,36 +19,18 @@ struct alignas(64) GridRanges {
 /// Finds which of some pixels lie within `margin` of rectangles.
 HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectangles& r,
                         GridRanges& ranges) {
-    const auto bits = [&](const PixelRange& range) HWY_ATTR {
-        const UintVec below = hn::Shl(splat(1u), range.first_block());
-        const UintVec up_to = hn::Shl(splat(2u), range.last_block());
-        return zero_unless(uint_mask(range.any()), up_to - below);
-    };
     for (std::size_t l = 0; l < 16; l += kLanes) {
         const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
                            pixels.last_x);
         const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
                            pixels.last_y);
-        store(bits(x), ranges.columns + l);
-        store(bits(y), ranges.rows + l);
+        store(x.blocks(), ranges.columns + l);
+        store(y.blocks(), ranges.rows + l);
         alignas(64) std::uint32_t own[kLanes];
         store(x.pixels() | shift_left<16>(y.pixels()), own);
         std::memcpy(ranges.pixels + l, own, sizeof own);
     }
 }
-
-/// Windows of up to 4 x 4 blocks, by the numbers of columns and rows after the first: bit b stands
-/// for the block b after the window's first one in the packet.
-inline constexpr auto kWindows = [] {
-    std::array<std::array<std::uint64_t, 4>, 4> windows{};
-    for (std::uint32_t columns = 0; columns < 4; ++columns) {
-        for (std::uint32_t rows = 0; rows < 4; ++rows) {
-            for (std::uint32_t row = 0; row <= rows; ++row)
-                windows[columns][rows] |= std::uint64_t{(2u << columns) - 1} << row * kGridSide;
-        }
-    }
-    return windows;
-}();
 
 /// A word with the first column of each of its four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
@@ -142,23 +124,8 @@ struct GridPlanes : Planes {
     FloatVec error;
 };
 
-/// The values of a triangle at a block's rays: the least edge function, whether an unoriented
-/// triangle may be hit, and 1/z at as many rays as there are lanes, from l on.
-struct GridValues {
-    const GridPlanes& planes;
-    std::uint32_t block;
-
-    HWY_INLINE FloatVec least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
-    HWY_INLINE Mask may_be_inside(std::size_t l) const { return planes.may_be_inside(x(l), y(l)); }
-    HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
-
-private:
-    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGrid.x[block % kGridSide] + l); }
-    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGrid.y[block / kGridSide] + l); }
-};
-
-/// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
-/// of the blocks of eight rows, four of them at a time, and what the rays of any block add to them.
+/// The values of a triangle at the rays of blocks: its edge functions and 1/z in the middles of the
+/// blocks of eight rows, four of them at a time, and what the rays of any block add to them.
 /// The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
 /// packet_slant.g).
 class RowPlanes {
@@ -256,22 +223,15 @@ public:
         : packet_(packet), frame_(packet.frame), deferred_(packet) {}
 
     /// Tests a leaf, whose box may concern some blocks and, of their rays, those in some pixels.
-    /// Triangles of one kind follow each other, so that fewer branches are mispredicted.
     HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
-        CameraTriangles triangles;
-        std::uint32_t alive = TriangleSetup<true>(frame_, pixels).run(leaf, triangles);
-        if (alive == 0) return;
-        for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
         const auto first_candidate =
             static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
-        const GridWindows& windows = triangles.windows;
-        const std::uint32_t unoriented = alive & triangles.unoriented;
-        if (HWY_UNLIKELY(unoriented != 0)) {
-            trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
-            alive &= ~unoriented;
-        }
-        bool any_closer = trace_few(leaf, triangles, alive & windows.few, first_candidate);
-        any_closer |= trace_more(leaf, triangles, alive & ~windows.few, blocks, first_candidate);
+        bool any_closer = false;
+        if (pixels.count() > kSmallTriangle * corner_triangle_count(leaf.vertex[0].corners) ||
+            !trace_small(leaf, pixels, first_candidate, any_closer))
+            any_closer = trace_large(leaf, blocks, pixels, first_candidate);
+        if (!any_closer && uncertain_count_ == 0) return;
+        for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
         if (HWY_UNLIKELY(uncertain_count_ != 0)) defer(leaf, first_candidate);
         if (any_closer && first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
             add_hit_leaf(packet_, leaf);
@@ -308,12 +268,110 @@ private:
         std::uint64_t blocks;
     };
 
+    /// trace_small() is faster for at most this many pixels a triangle (lab/notes/cpu_tracer.md).
+    static constexpr std::uint32_t kSmallTriangle = 16;
+
+    /// Traces a leaf's triangles, one a lane, each against the pixels that it may cover by turns.
+    /// Hits lie between the depths of the vertices. Sets any_closer if a triangle is closer than a
+    /// candidate. Returns false, without an effect, if the leaf has no bounds.
+    HWY_INLINE bool trace_small(const Leaf& leaf, const PixelRectangle& pixels,
+                                std::uint32_t first_candidate, bool& any_closer) {
+        const PlaneVertices vertices(frame_, leaf);
+        if (HWY_UNLIKELY(!vertices.usable)) return false;
+        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+        for (std::uint32_t l = 0; l < count; l += kLanes) {
+            FloatVec x[3], y[3], z[3];
+            const UintVec indices = load(vertices.indices + l);
+            gather_corners(vertices.x, indices, x);
+            gather_corners(vertices.y, indices, y);
+            const FloatVec lower_x = min3(x[0], x[1], x[2]), upper_x = max3(x[0], x[1], x[2]);
+            const FloatVec lower_y = min3(y[0], y[1], y[2]), upper_y = max3(y[0], y[1], y[2]);
+            const FloatVec size = upper_x - lower_x + (upper_y - lower_y);
+            const FloatVec error = mul_add(splat(4 * kLateralError), size, splat(vertices.error));
+            const PixelRange columns(lower_x - error, upper_x + error, 0, pixels.first_x,
+                                     pixels.last_x);
+            const PixelRange rows(lower_y - error, upper_y + error, 0, pixels.first_y,
+                                  pixels.last_y);
+            std::uint32_t left = bits_of(columns.any() & rows.any()) & ((1u << (count - l)) - 1);
+            if (left == 0) continue;
+            gather_corners(vertices.z, indices, z);
+            const FloatVec bound = error * mul_add(splat(10.0f), error, splat(2.0f) * size);
+            const FloatVec depth_error = splat(vertices.depth_error);
+            const FloatVec q = splat(kFarthestByDepth) / (max3(z[0], z[1], z[2]) + depth_error);
+            alignas(64) float own_lower[kLanes], own_upper[kLanes];
+            alignas(64) std::int32_t rays[kLanes];
+            store(nearest_q(min3(z[0], z[1], z[2]) - depth_error), own_upper);
+            FloatVec column = columns.first, row = rows.first;
+            while (left != 0) {
+                constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+                FloatVec a[3], b[3], e[3];
+                for (int k = 0; k < 3; ++k) {
+                    a[k] = x[k] - (column - splat(kMiddle));
+                    b[k] = y[k] - (row - splat(kMiddle));
+                }
+                for (int k = 0; k < 3; ++k)
+                    e[k] = mul_sub(a[(k + 1) % 3], b[(k + 2) % 3], b[(k + 1) % 3] * a[(k + 2) % 3]);
+                const FloatVec least = min3(e[0], e[1], e[2]), most = max3(e[0], e[1], e[2]);
+                std::uint32_t possible = left & ~bits_of((least < -bound) & (most > bound));
+                if (possible != 0) {
+                    store(zero_unless((least > bound) | (most < -bound), q), own_lower);
+                    // This is camera_packet_ray().
+                    const FloatVec ray =
+                        mul_add(splat(4.0f), column,
+                                mul_add(splat(252.0f), hn::Floor(splat(0.25f) * row), row));
+                    store(hn::ConvertTo(kInts, ray), rays);
+                }
+                for (; possible != 0; possible &= possible - 1) {
+                    const std::uint32_t i = first_bit(possible);
+                    any_closer |= trace_ray(static_cast<std::uint32_t>(rays[i]), own_lower[i],
+                                            own_upper[i], first_candidate + l + i);
+                }
+                defer_if_many(leaf, first_candidate);
+                const FloatVec next = column + splat(1.0f);
+                const Mask ends_row = next > columns.last;
+                column = select(ends_row, columns.first, next);
+                row = row + zero_unless(ends_row, splat(1.0f));
+                left &= bits_of(row <= rows.last);
+            }
+        }
+        return true;
+    }
+
+    /// trace_item() for one ray and a triangle that it may hit with 1/z in [own_lower, own_upper].
+    HWY_INLINE bool trace_ray(std::uint32_t ray, float own_lower, float own_upper,
+                              std::uint32_t candidate) {
+        float& lower = packet_.q_lower[ray];
+        float& upper = packet_.q_upper[ray];
+        if (own_upper < lower) return false;
+        const bool is_closer = own_lower > upper;
+        if (is_closer) {
+            upper = own_upper;
+            packet_.candidate[ray] = candidate;
+        } else {
+            uncertain_[uncertain_count_++] = {ray, 1, candidate};
+        }
+        lower = std::max(lower, own_lower);
+        return is_closer;
+    }
+
+    /// Traces a leaf's triangles by their planes. Returns whether any is closer than a candidate.
+    HWY_INLINE bool trace_large(const Leaf& leaf, const BlockSet& blocks,
+                                const PixelRectangle& pixels, std::uint32_t first_candidate) {
+        CameraTriangles triangles;
+        std::uint32_t alive = TriangleSetup<true>(frame_, pixels).run(leaf, triangles);
+        const std::uint32_t unoriented = alive & triangles.unoriented;
+        if (HWY_UNLIKELY(unoriented != 0)) {
+            trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
+            alive &= ~unoriented;
+        }
+        return trace_oriented(leaf, triangles, alive, blocks, first_candidate);
+    }
+
     /// Tests a triangle against all rays of a block. Returns whether it becomes the closest
     /// candidate of any ray for certain. One that is hit for certain bounds the depth of further
     /// hits, though it may be uncertain whether it is the closest.
-    template <class Values>
-    HWY_INLINE bool trace_item(const GridPlanes& p, const Values& values, std::uint32_t block,
-                               std::uint32_t candidate) {
+    HWY_INLINE bool trace_item(const GridPlanes& p, const RowPlanes::Values& values,
+                               std::uint32_t block, std::uint32_t candidate) {
         CameraPacket& packet = packet_;
         bool any_closer = false;
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
@@ -352,49 +410,18 @@ private:
         uncertain_count_ = 0;
     }
 
-    /// Traces triangles `few` that meet few blocks. Returns whether any is closer than a candidate.
-    /// The blocks of the next triangle are found before this one is traced.
-    HWY_INLINE bool trace_few(const Leaf& leaf, const CameraTriangles& triangles, std::uint32_t few,
-                              std::uint32_t first_candidate) {
-        if (few == 0) return false;
+    /// Traces triangles, as bits, against `blocks`. Eight rows at a time are two words, which one
+    /// loop processes: its mispredicted end costs as much as an item.
+    HWY_INLINE bool trace_oriented(const Leaf& leaf, const CameraTriangles& triangles,
+                                   std::uint32_t oriented, const BlockSet& blocks,
+                                   std::uint32_t first_candidate) {
         bool any_closer = false;
-        const auto window_of = [&windows = triangles.windows](std::uint32_t i) -> Window {
-            return {windows.first[i], kWindows[windows.columns[i]][windows.rows[i]]};
-        };
-        std::uint32_t i = first_bit(few);
-        Window window = window_of(i);
-        while (few != 0) {
-            few &= few - 1;
-            const std::uint32_t next = few != 0 ? first_bit(few) : i;
-            const Window next_window = window_of(next);
+        for (; oriented != 0; oriented &= oriented - 1) {
+            const std::uint32_t i = first_bit(oriented);
             const GridPlanes planes(triangles, i);
-            for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
-                const std::uint32_t block = window.first + first_bit(blocks);
-                any_closer |=
-                    trace_item(planes, GridValues{planes, block}, block, first_candidate + i);
-            }
-            defer_if_many(leaf, first_candidate);
-            i = next;
-            window = next_window;
-        }
-        return any_closer;
-    }
-
-    /// Traces triangles `many` that meet more blocks, against `blocks`. Eight rows at a time are
-    /// two words, which one loop processes: its mispredicted end costs as much as an item.
-    HWY_INLINE bool trace_more(const Leaf& leaf, const CameraTriangles& triangles,
-                               std::uint32_t many, const BlockSet& blocks,
-                               std::uint32_t first_candidate) {
-        bool any_closer = false;
-        const GridWindows& windows = triangles.windows;
-        for (; many != 0; many &= many - 1) {
-            const std::uint32_t i = first_bit(many);
-            const GridPlanes planes(triangles, i);
-            const std::uint32_t left = windows.first[i] % kGridSide;
-            const std::uint32_t top = windows.first[i] / kGridSide;
-            RowPlanes grid(packet_, planes, ((2u << windows.columns[i]) - 1) << left);
-            const std::uint32_t rows = ((2u << windows.rows[i]) - 1) << top;
-            for (std::uint32_t row = top; rows >> row != 0; row += 8) {
+            RowPlanes grid(packet_, planes, triangles.columns[i]);
+            const std::uint32_t rows = triangles.rows[i];
+            for (std::uint32_t row = first_bit(rows); rows >> row != 0; row += 8) {
                 const std::uint32_t first = row * kGridSide;
                 Window window = {0, grid.blocks_met(row, rows >> row, 0) & four_rows(blocks, row)};
                 Window next = {64, 0};
@@ -427,9 +454,11 @@ private:
             for (std::uint32_t w = 0; w < kGridWords; ++w) {
                 for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
                     const std::uint32_t block = 64 * w + first_bit(rest);
-                    const GridValues values = {planes, block};
+                    const float* const x = kGrid.x[block % kGridSide];
+                    const float* const y = kGrid.y[block / kGridSide];
                     for (std::uint32_t l = 0; l < kBlockRays; l += kLanes) {
-                        const std::uint32_t uncertain = bits_of(values.may_be_inside(l));
+                        const std::uint32_t uncertain =
+                            bits_of(planes.may_be_inside(load(x + l), load(y + l)));
                         if (HWY_LIKELY(uncertain == 0)) continue;
                         uncertain_[uncertain_count_++] = {block * kBlockRays + l, uncertain,
                                                           first_candidate + i};

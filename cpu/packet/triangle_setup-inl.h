@@ -32,8 +32,17 @@ struct PixelRange {
     }
 
     HWY_INLINE Mask any() const { return first <= last; }
-    HWY_INLINE UintVec first_block() const { return block(first); }
-    HWY_INLINE UintVec last_block() const { return block(last); }
+    /// The columns (or rows) of blocks of these pixels, as bits.
+    HWY_INLINE UintVec blocks() const {
+        static_assert(kBlockSide == 4);
+        // Without pixels a block still must be a valid shift count.
+        const auto block = [](FloatVec pixel) HWY_ATTR {
+            return shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel))) & splat(kGridSide - 1);
+        };
+        const UintVec below = hn::Shl(splat(1u), block(first));
+        const UintVec up_to = hn::Shl(splat(2u), block(last));
+        return zero_unless(uint_mask(any()), up_to - below);
+    }
 
     /// The first pixel, and the last one 8 bits above it, if there are any.
     HWY_INLINE UintVec pixels() const {
@@ -41,37 +50,6 @@ struct PixelRange {
             return as_uint(hn::ConvertTo(kInts, pixel)) & splat(kCameraSide - 1);
         };
         return number(first) | shift_left<8>(number(last));
-    }
-
-private:
-    static HWY_INLINE UintVec block(FloatVec pixel) {
-        static_assert(kBlockSide == 4);
-        const UintVec block = shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel)));
-        // Without pixels it still must be a valid shift count.
-        return block & splat(kGridSide - 1);
-    }
-};
-
-/// The blocks that up to sixteen triangles meet: the first one, and how many columns and rows more.
-/// `few`, as bits, have fewer than kFewSteps columns and rows more, so at most six blocks.
-struct alignas(64) GridWindows {
-    std::uint32_t first[16], columns[16], rows[16];
-    std::uint32_t few = 0;
-
-    static constexpr std::int32_t kFewSteps = 4;
-
-    /// Sets as many triangles as there are lanes, from l on.
-    HWY_INLINE void set(std::size_t l, const PixelRange& x, const PixelRange& y) {
-        const UintVec left = x.first_block();
-        const UintVec top = y.first_block();
-        const UintVec more_columns = x.last_block() - left;
-        const UintVec more_rows = y.last_block() - top;
-        static_assert(kGridSide == 16);
-        store(shift_left<4>(top) | left, first + l);
-        store(more_columns, columns + l);
-        store(more_rows, rows + l);
-        const auto is_few = as_int(more_columns + more_rows) < splat(kFewSteps);
-        few |= bits_of(float_mask(is_few)) << l;
     }
 };
 
@@ -200,8 +178,9 @@ struct alignas(64) SetUpTriangles {
 /// Triangles for a camera packet: 1/z is off by at most `error`.
 struct CameraTriangles : SetUpTriangles {
     float error[16];
+    /// The columns and rows of blocks that each meets, as bits.
+    std::uint32_t columns[16], rows[16];
     std::uint32_t unoriented;
-    GridWindows windows;
 };
 
 /// Triangles for a light packet: q = 1/z is off by at most c0 + q (c1 + q c2). No hit has a larger
@@ -323,11 +302,16 @@ public:
         out.c1 = zero_unless(out.known, slope + splat(kReciprocalRounding));
         const FloatVec shift = mul_add(splat(shift_by_extent_), v.extent, splat(shift_));
         out.c2 = splat(kRuleDepthFactor) * shift;
-        out.nearer = mul_add(splat(frame_.row_size[2] * kSlantExtent), v.extent,
-                             shift + splat(frame_.row_size[2] * slant_));
+        out.nearer = nearer_by(v.extent);
         out.gradient = sizes.gradient;
         out.most_q = mul_add(sizes.gradient, p.half_extent, abs(in_middle));
         return out;
+    }
+
+    /// How much nearer or farther than all vertices a hit may be, in z. extent: at least theirs.
+    HWY_INLINE FloatVec nearer_by(FloatVec extent) const {
+        return mul_add(splat(kSlantExtent * frame_.row_size[2] + shift_by_extent_), extent,
+                       splat(slant_ * frame_.row_size[2] + shift_));
     }
 
 private:
@@ -445,7 +429,8 @@ public:
         std::uint32_t alive = 0;
         out.unoriented = 0;
         if constexpr (!kOnGrid) out.behind = 0;
-        for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+        for (std::size_t l = 0; l < (kOnGrid ? count : kLeafTriangles); l += kLanes) {
             const TriangleVertices v = find_vertices(projected, far_error, l);
             const TriangleRectangles places = find_rectangles(v, out, l);
             if (kOnGrid && none(places.meets)) continue;
@@ -460,7 +445,7 @@ public:
             store_depth(depths, v, places, laterals, planes, out, l);
             alive |= bits_of(places.meets) << l;
         }
-        alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
+        alive &= (1u << count) - 1;
         if (HWY_UNLIKELY(!all_finite)) alive &= finite_triangles(leaf);
         return alive;
     }
@@ -537,7 +522,8 @@ private:
             // Most small triangles cover no pixel's middle at all.
             const PixelRange pixels_x(p.lower_x, p.upper_x, 0, pixels_.first_x, pixels_.last_x);
             const PixelRange pixels_y(p.lower_y, p.upper_y, 0, pixels_.first_y, pixels_.last_y);
-            out.windows.set(l, pixels_x, pixels_y);
+            store(pixels_x.blocks(), out.columns + l);
+            store(pixels_y.blocks(), out.rows + l);
             p.meets = p.meets & (pixels_x.any() & pixels_y.any());
         } else {
             RectangleLanes(p.lower_x, p.upper_x, p.lower_y, p.upper_y).put(out.rectangles, l);
@@ -686,6 +672,46 @@ private:
     PixelRectangle pixels_;
     /// The most by which a step of 1 on each axis of scene space changes |x - X z| + |y - Y z|.
     float row_sizes_;
+};
+
+// ---- Small triangles
+
+/// A leaf's vertices in the packet's plane, x / z and y / z in place of x and y, with bounds for
+/// the whole leaf (docs/design/arithmetic.md, "Packets", "Small triangles").
+struct PlaneVertices : ProjectedVertices {
+    /// False if a vertex is not finite, or not well in front of the origin: no bound holds.
+    bool usable;
+    /// How far x and y of a vertex may be off together, besides what the triangle's size adds; and
+    /// how much nearer than the nearest vertex, or farther than the farthest, a hit may be, in z.
+    float error, depth_error;
+
+    HWY_INLINE PlaneVertices(const PacketFrame& frame, const Leaf& leaf) {
+        usable = project_vertices(frame, leaf, *this);
+        FloatVec least = load(z), most = least, sizes = zero();
+        for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+            const FloatVec depth = load(z + l);
+            least = min(least, depth);
+            most = max(most, depth);
+            sizes = max(sizes, load(size + l));
+            const FloatVec q = splat(1.0f) / max(depth, splat(kLeastFrontZ));
+            store(load(x + l) * q, x + l);
+            store(load(y + l) * q, y + l);
+        }
+        const float z_least = least_lane(least), z_most = most_lane(most);
+        const float extent = most_lane(sizes);
+        const float row_sizes =
+            frame.row_size[0] + frame.row_size[1] + 2 * frame.reach * frame.row_size[2];
+        const float leaf_error =
+            row_sizes * (kExtentError * extent + kDistanceError * distance + kGridError) +
+            kPlaneFloor;
+        error =
+            kRectangleError * (leaf_error / std::max(z_least, kLeastFrontZ) + 2 * frame.ray_error) +
+            2 * kShearError * frame.reach;
+        depth_error = kDepthError * z_most + leaf_error +
+                      hn::GetLane(DepthBounds(frame, distance).nearer_by(splat(extent)));
+        usable &= z_least > std::max({kFrontDepth * z_most + kFrontError * leaf_error,
+                                      2 * depth_error, kLeastFrontZ});
+    }
 };
 
 }  // namespace mray::cpu::HWY_NAMESPACE
