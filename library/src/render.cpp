@@ -566,7 +566,9 @@ private:
 
     void fill_depths(const mray::TracedTile& tile, std::uint32_t y, std::size_t from,
                      std::size_t to) const {
-        const mray::Camera& camera = views_.cameras[tile.view];
+        // A copy: stores of floats could change what it refers to.
+        const mray::Camera camera = views_.cameras[tile.view];
+        const mray::SceneSpace space = scene_.pose().space();
         const HitColumn<float> ts(tile, mray::kHitT, from);
         const HitColumn<std::uint32_t> prims(tile, mray::kHitPrim, from);
         const bool has_prims = (tile.hit_words & mray::kHitPrim) != 0;
@@ -574,7 +576,7 @@ private:
             const std::size_t i = x - tile.x0;
             float depth = std::numeric_limits<float>::infinity();
             if (has_prims ? prims[i] != mray::kNoPrim : ts[i] < depth)
-                depth = mray::world_depth(camera, scene_.pose().space(), ts[i], x, y);
+                depth = mray::world_depth(camera, space, ts[i], x, y);
             if (!stack_.depth.empty()) stack_.depth[to] = depth;
             if (!stack_.distance.empty()) {
                 const mray::dvec3 dir(mray::camera_direction(camera, x, y));
@@ -585,21 +587,21 @@ private:
 
     void fill_triangles(const mray::TracedTile& tile, std::size_t from, std::size_t to) const {
         const HitColumn<std::uint32_t> prims(tile, mray::kHitPrim, from);
-        // Neighbours often have one triangle.
-        std::uint32_t prim = mray::kNoPrim;
-        Hit triangle;
-        mray::vec3 normal(0, 0, 0);
+        // Neighbours are often of one mesh.
+        std::uint32_t first = 0, count = 0, geom_id = kNoGeometry;
         for (std::size_t i = 0; i < tile.x1 - tile.x0; ++i, ++to) {
-            if (prims[i] != prim) {
-                prim = prims[i];
-                const bool is_hit = prim != mray::kNoPrim;
-                triangle = is_hit ? scene_.meshes().locate(0, 0, 0, prim) : Hit{};
-                normal = is_hit && !stack_.normal.empty() ? flat_normal(scene_, prim)
-                                                          : mray::vec3(0, 0, 0);
+            const std::uint32_t prim = prims[i];
+            const bool is_hit = prim != mray::kNoPrim;
+            if (is_hit && prim - first >= count) {
+                geom_id = scene_.meshes().locate(0, 0, 0, prim).geom_id;
+                first = scene_.meshes().slots()[geom_id].first_prim;
+                count = scene_.meshes().slots()[geom_id].prim_count;
             }
-            if (!stack_.geom_id.empty()) stack_.geom_id[to] = triangle.geom_id;
-            if (!stack_.prim_id.empty()) stack_.prim_id[to] = triangle.prim_id;
-            if (!stack_.normal.empty()) stack_.normal[to] = {normal.x, normal.y, normal.z};
+            if (!stack_.geom_id.empty()) stack_.geom_id[to] = is_hit ? geom_id : kNoGeometry;
+            if (!stack_.prim_id.empty()) stack_.prim_id[to] = is_hit ? prim - first : kNoPrim;
+            if (stack_.normal.empty()) continue;
+            const mray::vec3 normal = is_hit ? flat_normal(scene_, prim) : mray::vec3(0, 0, 0);
+            stack_.normal[to] = {normal.x, normal.y, normal.z};
         }
     }
 
