@@ -1,6 +1,7 @@
 // Closest candidates of a camera packet's rays: blocks of rays; a triangle at a block's rays; a
 // leaf against blocks; and the tree, where the active rays at a node are a set of blocks.
 #include <array>
+#include <bit>
 
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
@@ -97,21 +98,6 @@ HWY_INLINE std::uint32_t rays_beyond(const CameraPacket& packet, float q, std::u
     const std::uint32_t rows =
         0xFu << in_block(pixels.first_y - y) & 0xFu >> (3 - in_block(pixels.last_y - y));
     return beyond & columns & rows * 0x1111u;
-}
-
-/// Adds rays of a block, at least one, to the pixels of a rectangle.
-HWY_INLINE void add_rays(std::uint32_t block, std::uint32_t rays, PixelRectangle& pixels) {
-    const std::uint32_t x = block % kGridSide * kBlockSide;
-    const std::uint32_t y = block / kGridSide * kBlockSide;
-    const std::uint32_t rows = (rays | rays >> 4 | rays >> 8 | rays >> 12) & 0xF;
-    const auto last_bit = [](std::uint32_t bits) {
-        return 31 - std::uint32_t(__builtin_clz(bits));
-    };
-    const auto pixel = [](std::uint32_t place) { return static_cast<std::uint8_t>(place); };
-    pixels.first_x = std::min(pixels.first_x, pixel(x + first_bit(rays) / kBlockSide));
-    pixels.last_x = std::max(pixels.last_x, pixel(x + last_bit(rays) / kBlockSide));
-    pixels.first_y = std::min(pixels.first_y, pixel(y + first_bit(rows)));
-    pixels.last_y = std::max(pixels.last_y, pixel(y + last_bit(rows)));
 }
 
 // ---- Items
@@ -271,6 +257,9 @@ private:
     /// trace_small() is faster for at most this many pixels a triangle (lab/notes/cpu_tracer.md).
     static constexpr std::uint32_t kSmallTriangle = 16;
 
+    /// Pixels of triangles that are tested together: their bits are a word.
+    static constexpr std::uint32_t kTests = 64;
+
     /// Traces a leaf's triangles, one a lane, each against the pixels that it may cover by turns.
     /// Hits lie between the depths of the vertices. Sets any_closer if a triangle is closer than a
     /// candidate. Returns false, without an effect, if the leaf has no bounds.
@@ -298,40 +287,44 @@ private:
             const FloatVec bound = error * mul_add(splat(10.0f), error, splat(2.0f) * size);
             const FloatVec depth_error = splat(vertices.depth_error);
             const FloatVec q = splat(kFarthestByDepth) / (max3(z[0], z[1], z[2]) + depth_error);
-            alignas(64) float own_lower[kLanes], own_upper[kLanes];
-            alignas(64) std::int32_t rays[kLanes];
+            alignas(64) float own_upper[kLanes], own_lower[kTests];
+            alignas(64) std::uint32_t rays[kTests];
             store(nearest_q(min3(z[0], z[1], z[2]) - depth_error), own_upper);
             FloatVec column = columns.first, row = rows.first;
             while (left != 0) {
-                constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-                FloatVec a[3], b[3], e[3];
-                for (int k = 0; k < 3; ++k) {
-                    a[k] = x[k] - (column - splat(kMiddle));
-                    b[k] = y[k] - (row - splat(kMiddle));
-                }
-                for (int k = 0; k < 3; ++k)
-                    e[k] = mul_sub(a[(k + 1) % 3], b[(k + 2) % 3], b[(k + 1) % 3] * a[(k + 2) % 3]);
-                const FloatVec least = min3(e[0], e[1], e[2]), most = max3(e[0], e[1], e[2]);
-                std::uint32_t possible = left & ~bits_of((least < -bound) & (most > bound));
-                if (possible != 0) {
-                    store(zero_unless((least > bound) | (most < -bound), q), own_lower);
-                    // This is camera_packet_ray().
+                std::uint64_t possible = 0;
+                for (std::uint32_t test = 0; test < kTests && left != 0; test += kLanes) {
+                    constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+                    FloatVec a[3], b[3], e[3];
+                    for (int k = 0; k < 3; ++k) {
+                        a[k] = x[k] - (column - splat(kMiddle));
+                        b[k] = y[k] - (row - splat(kMiddle));
+                    }
+                    for (int k = 0; k < 3; ++k)
+                        e[k] = mul_sub(a[(k + 1) % 3], b[(k + 2) % 3],
+                                       b[(k + 1) % 3] * a[(k + 2) % 3]);
+                    const FloatVec least = min3(e[0], e[1], e[2]), most = max3(e[0], e[1], e[2]);
+                    possible |= std::uint64_t{left & ~bits_of((least < -bound) & (most > bound))}
+                                << test;
+                    store(zero_unless((least > bound) | (most < -bound), q), own_lower + test);
+                    // This is camera_packet_ray(), in the last bits of a float.
                     const FloatVec ray =
                         mul_add(splat(4.0f), column,
                                 mul_add(splat(252.0f), hn::Floor(splat(0.25f) * row), row));
-                    store(hn::ConvertTo(kInts, ray), rays);
+                    store(as_uint(ray + splat(0x1p23f)), rays + test);
+                    const FloatVec next = column + splat(1.0f);
+                    const Mask ends_row = next > columns.last;
+                    column = select(ends_row, columns.first, next);
+                    row = row + zero_unless(ends_row, splat(1.0f));
+                    left &= bits_of(row <= rows.last);
                 }
                 for (; possible != 0; possible &= possible - 1) {
-                    const std::uint32_t i = first_bit(possible);
-                    any_closer |= trace_ray(static_cast<std::uint32_t>(rays[i]), own_lower[i],
-                                            own_upper[i], first_candidate + l + i);
+                    const std::uint32_t test = first_bit(possible);
+                    const std::uint32_t i = test % kLanes;
+                    any_closer |= trace_ray(rays[test] % kCameraRays, own_lower[test], own_upper[i],
+                                            first_candidate + l + i);
                 }
                 defer_if_many(leaf, first_candidate);
-                const FloatVec next = column + splat(1.0f);
-                const Mask ends_row = next > columns.last;
-                column = select(ends_row, columns.first, next);
-                row = row + zero_unless(ends_row, splat(1.0f));
-                left &= bits_of(row <= rows.last);
             }
         }
         return true;
@@ -342,14 +335,17 @@ private:
                               std::uint32_t candidate) {
         float& lower = packet_.q_lower[ray];
         float& upper = packet_.q_upper[ray];
-        if (own_upper < lower) return false;
+        std::uint32_t& closest = packet_.candidate[ray];
+        // Branches would be mispredicted: a quarter of the rays have closer candidates.
         const bool is_closer = own_lower > upper;
-        if (is_closer) {
-            upper = own_upper;
-            packet_.candidate[ray] = candidate;
-        } else {
-            uncertain_[uncertain_count_++] = {ray, 1, candidate};
-        }
+        uncertain_[uncertain_count_] = {ray, 1, candidate};
+        uncertain_count_ += static_cast<std::uint32_t>(!is_closer & (own_upper >= lower));
+        const auto choose = [mask = -std::uint32_t{is_closer}](std::uint32_t a, std::uint32_t b) {
+            return b ^ ((a ^ b) & mask);
+        };
+        upper = std::bit_cast<float>(
+            choose(std::bit_cast<std::uint32_t>(own_upper), std::bit_cast<std::uint32_t>(upper)));
+        closest = choose(candidate, closest);
         lower = std::max(lower, own_lower);
         return is_closer;
     }
@@ -530,9 +526,10 @@ public:
     HWY_INLINE bool narrow(float q, bool is_node, ActiveRays& active) {
         std::size_t count = 0;
         for (const std::uint64_t word : active.blocks.words) count += hwy::PopCount(word);
-        if (count <= kFewBlocks) return any_ray_matters(q, active);
+        if (count <= kFewBlocks)
+            return still_matters(active.blocks, [&]() HWY_ATTR { return keep_rays(q, active); });
         if (is_node) leaves_.find_depths();
-        return still_matters(q, active.blocks);
+        return still_matters(active.blocks, [&]() HWY_ATTR { return keep_near(q, active.blocks); });
     }
 
     HWY_INLINE std::uint32_t find_active(const NodeChildren& children, std::uint32_t slots,
@@ -572,17 +569,19 @@ private:
     static constexpr std::uint32_t kFirstLeaves = 32;
     static constexpr std::uint32_t kFewPixels = 2;
 
-    /// Removes blocks whose rays all have closer hits. Returns whether any remain. If only blocks
-    /// with uncertain rays remain, which may have closer hits, these are resolved first.
-    HWY_INLINE bool still_matters(float q, BlockSet& blocks) {
-        std::uint64_t any = keep_near(q, blocks);
+    /// Removes blocks whose rays all have closer hits, by `keep`, which returns those that remain,
+    /// of any word. Returns whether any remain. If only blocks with uncertain rays remain, which
+    /// may have closer hits, these are resolved first.
+    template <class Keep>
+    HWY_INLINE bool still_matters(const BlockSet& blocks, Keep keep) {
+        std::uint64_t any = keep();
         std::uint64_t certain = 0;
         for (std::size_t w = 0; w < kGridWords; ++w)
             certain |= blocks.words[w] & ~leaves_.uncertain_blocks().words[w];
         if (HWY_UNLIKELY(certain == 0 && any != 0)) {
             leaves_.resolve();
             leaves_.find_depths();
-            any = keep_near(q, blocks);
+            any = keep();
         }
         return any != 0;
     }
@@ -590,35 +589,23 @@ private:
     /// With more blocks, testing their rays costs more than it saves (lab/notes/cpu_tracer.md).
     static constexpr std::size_t kFewBlocks = 4;
 
-    /// still_matters() ray by ray, for few blocks: where triangles are smaller than pixels, most
-    /// rays of a block are far from the box, or hit something nearer. Removes pixels, too.
-    HWY_INLINE bool any_ray_matters(float q, ActiveRays& active) {
-        const std::uint64_t certain = keep_rays(q, active);
-        if (HWY_UNLIKELY(certain == 0 && !active.pixels.empty())) {
-            leaves_.resolve();
-            keep_rays(q, active);
-        }
-        return !active.pixels.empty();
-    }
-
-    /// Returns the blocks that remain and have no uncertain rays, of any word.
+    /// keep_near() ray by ray, for few blocks: where triangles are smaller than pixels, most rays
+    /// of a block are far from the box, or hit something nearer.
     HWY_INLINE std::uint64_t keep_rays(float q, ActiveRays& active) const {
-        std::uint64_t certain = 0;
-        PixelRectangle kept = PixelRectangle::none();
-        for (std::uint32_t w = 0; w < kGridWords; ++w) {
+        std::uint64_t any = 0;
+        constexpr std::uint32_t kWordSide = kCameraSide / kGridWords;
+        for (std::uint32_t w = active.pixels.first_y / kWordSide;
+             w <= active.pixels.last_y / kWordSide; ++w) {
             std::uint64_t keep = 0;
             for (std::uint64_t rest = active.blocks.words[w]; rest != 0; rest &= rest - 1) {
                 const std::uint32_t block = 64 * w + first_bit(rest);
-                const std::uint32_t rays = rays_beyond(packet_, q, block, active.pixels);
-                if (rays == 0) continue;
-                keep |= rest & -rest;
-                add_rays(block, rays, kept);
+                const bool beyond = rays_beyond(packet_, q, block, active.pixels) != 0;
+                keep |= beyond ? rest & -rest : 0;
             }
             active.blocks.words[w] = keep;
-            certain |= keep & ~leaves_.uncertain_blocks().words[w];
+            any |= keep;
         }
-        active.pixels = kept;
-        return certain;
+        return any;
     }
 
     HWY_INLINE std::uint64_t keep_near(float q, BlockSet& blocks) const {

@@ -60,9 +60,6 @@ struct BlockSet {
 struct PixelRectangle {
     std::uint8_t first_x, last_x, first_y, last_y;
 
-    static constexpr PixelRectangle none() { return {kCameraSide, 0, kCameraSide, 0}; }
-    bool empty() const { return first_x > last_x; }
-    /// For a rectangle that is not empty.
     std::uint32_t count() const { return (last_x - first_x + 1u) * (last_y - first_y + 1u); }
 };
 
