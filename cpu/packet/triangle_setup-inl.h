@@ -308,7 +308,7 @@ public:
         return out;
     }
 
-    /// How much nearer or farther than all vertices a hit may be, in z. extent: at least theirs.
+    /// Bounds z of a hit outside the range of the vertices' z. extent: at least that of each.
     HWY_INLINE FloatVec nearer_by(FloatVec extent) const {
         return mul_add(splat(kSlantExtent * frame_.row_size[2] + shift_by_extent_), extent,
                        splat(slant_ * frame_.row_size[2] + shift_));
@@ -681,8 +681,8 @@ private:
 struct PlaneVertices : ProjectedVertices {
     /// False if a vertex is not finite, or not well in front of the origin: no bound holds.
     bool usable;
-    /// How far x and y of a vertex may be off together, besides what the triangle's size adds; and
-    /// how much nearer than the nearest vertex, or farther than the farthest, a hit may be, in z.
+    /// Bounds the error of x plus that of y, without the part that grows with the triangle's size;
+    /// and z of a hit outside the range of the vertices' z.
     float error, depth_error;
 
     HWY_INLINE PlaneVertices(const PacketFrame& frame, const Leaf& leaf) {
