@@ -569,9 +569,8 @@ private:
     static constexpr std::uint32_t kFirstLeaves = 32;
     static constexpr std::uint32_t kFewPixels = 2;
 
-    /// Removes blocks whose rays all have closer hits, by `keep`, which returns those that remain,
-    /// of any word. Returns whether any remain. If only blocks with uncertain rays remain, which
-    /// may have closer hits, these are resolved first.
+    /// Calls keep(), which removes blocks whose rays all have closer hits and returns whether any
+    /// remain. Returns the same. If only blocks with uncertain rays remain, resolves these first.
     template <class Keep>
     HWY_INLINE bool still_matters(const BlockSet& blocks, Keep keep) {
         std::uint64_t any = keep();
@@ -589,8 +588,8 @@ private:
     /// With more blocks, testing their rays costs more than it saves (lab/notes/cpu_tracer.md).
     static constexpr std::size_t kFewBlocks = 4;
 
-    /// keep_near() ray by ray, for few blocks: where triangles are smaller than pixels, most rays
-    /// of a block are far from the box, or hit something nearer.
+    /// keep_near() ray by ray, for few blocks. Among triangles that are smaller than pixels most
+    /// rays of a block miss the box or hit something nearer.
     HWY_INLINE std::uint64_t keep_rays(float q, ActiveRays& active) const {
         std::uint64_t any = 0;
         constexpr std::uint32_t kWordSide = kCameraSide / kGridWords;

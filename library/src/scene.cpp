@@ -286,14 +286,18 @@ void SceneImpl::fetch_tree() {
 
 std::span<const std::uint32_t> SceneImpl::meshes_of_subtrees() {
     const std::scoped_lock lock(mutex_);
-    std::vector<std::uint32_t>& meshes = meshes_of_subtrees_;
-    if (!meshes.empty()) return meshes;
+    if (!meshes_of_subtrees_.empty()) return meshes_of_subtrees_;
+    std::vector<std::uint32_t> meshes;
     for (const mray::IndexRange& prims : mray::prim_ranges(tracer_->host_tree())) {
+        if (prims.begin >= prims.end) {
+            meshes.push_back(kNoGeometry);
+            continue;
+        }
         const std::uint32_t first = meshes_.locate(0, 0, 0, prims.begin).geom_id;
         const std::uint32_t last = meshes_.locate(0, 0, 0, prims.end - 1).geom_id;
         meshes.push_back(first == last ? first : kNoGeometry);
     }
-    return meshes;
+    return meshes_of_subtrees_ = std::move(meshes);
 }
 
 const mray::VertexNormals& SceneImpl::normals() {

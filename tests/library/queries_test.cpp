@@ -661,6 +661,11 @@ TEST(ClosestPoints, HaveDefinedAnswersForBadPointsAndEmptyScenes) {
         EXPECT_EQ(answers.distances[3], one == &none ? kInfinity : -1.0f);
         EXPECT_EQ(answers.inside[3], one == &none ? 0 : 1);
         EXPECT_EQ(scene.intersect_all({}).ray_count(), 0u);
+        const std::vector<std::uint8_t> hidden = {0};
+        const PointAnswers nothing(scene, points, {.visible = hidden});
+        EXPECT_FALSE(nothing.closest[3]);
+        EXPECT_EQ(nothing.distances[3], kInfinity);
+        EXPECT_EQ(nothing.inside[3], 0);
     }
 }
 
