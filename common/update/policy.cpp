@@ -152,6 +152,8 @@ private:
 
 // Up to this loss a tree counts as sound: the model is no more exact than that.
 constexpr double kSound = 0.01;
+// What a build is taken to cost before the first trace, in traces of a sound tree.
+constexpr double kFirstPrice = 0.5;
 // The part of each frame's refit and trace that may be invested.
 constexpr double kInvested = 0.05;
 // Whatever the budget: a tree that is older when it is shown is no better than the one before.
@@ -279,7 +281,7 @@ private:
     /// Costs in traces of a sound tree.
     double build_price() const {
         if (traces_ > 0) return build_cost_ / sound_trace_;
-        return untraced_.rebuild > 0 ? std::numeric_limits<double>::infinity() : 1;
+        return untraced_.rebuild > 0 ? std::numeric_limits<double>::infinity() : kFirstPrice;
     }
     double restructure_price() const { return restructure_cost() / sound_trace_; }
 
@@ -329,7 +331,7 @@ private:
     /// 0 before the first.
     double restructure_cost_ = 0;
     /// The median of the last traces, each divided by its slow-down. Before the first trace
-    /// nothing is restructured, and one update may rebuild, at the price of one trace.
+    /// nothing is restructured, and one update may rebuild, at kFirstPrice.
     double sound_trace_ = 0;
     /// The updates since the last trace.
     FrameCost untraced_ = {};

@@ -248,12 +248,22 @@ TEST(AutoPolicy, UpdatesBetweenTracesDoNotHideADegradedTree) {
     policy->built(5);
     UpdateStep step = UpdateStep::kRefit;
     for (int frame = 0; frame < 4 && step == UpdateStep::kRefit; ++frame) {
-        policy->review({.overhead = 900});
-        policy->frame_done({.refit = 0.1, .overhead = 900});
-        step = policy->review({.overhead = 900}).step;
-        policy->frame_done({.refit = 0.1, .trace = 30, .overhead = 900});
+        policy->review({.overhead = 450});
+        policy->frame_done({.refit = 0.1, .overhead = 450});
+        step = policy->review({.overhead = 450}).step;
+        policy->frame_done({.refit = 0.1, .trace = 30, .overhead = 450});
     }
     EXPECT_EQ(step, UpdateStep::kRestructure);
+}
+
+TEST(AutoPolicy, TreeThatProlongsTheFirstTraceByHalfIsRebuilt) {
+    // As where bodies leave the place in which they were attached.
+    const UpdateConfig config{.first_per_visit = 0.001};
+    for (const double overhead : {490.0, 510.0}) {
+        const UpdateStep step =
+            make_update_policy({PolicyKind::kAuto}, config)->review({.overhead = overhead}).step;
+        EXPECT_EQ(step, overhead > 500 ? UpdateStep::kRebuild : UpdateStep::kRefit) << overhead;
+    }
 }
 
 TEST(AutoPolicy, UpdatesBetweenTracesRebuildOnce) {
