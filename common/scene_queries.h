@@ -67,9 +67,9 @@ struct ClosestTriangle {
 };
 
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite, those
-// of ClosestQuery within kOriginExtent. If `sees` is not null, only triangles that a point sees
-// exist for it, and `hides`, unless null, may spare subtrees; devices take neither. A watch can
-// cancel before each ray and point on the CPU, and before each hit of lists on a device:
+// of ClosestQuery within kOriginExtent. If `sees` is not null, only triangles that a ray or point
+// sees exist for it, and `hides`, unless null, may spare subtrees; devices take neither. A watch
+// can cancel before each ray and point on the CPU, and before each hit of lists on a device:
 // Error(kCancelled) leaves any answers.
 
 /// Counts the hits of each ray; adds kTouchesBorder.
@@ -87,6 +87,8 @@ struct ListQuery {
     std::uint32_t most;
     HitLists& lists;
     Watch watch = {};
+    const SeesTriangle* sees = nullptr;
+    const HidesSubtree* hides = nullptr;
 };
 
 /// Finds the first hit of each ray after its cursor.
@@ -95,6 +97,9 @@ struct NextQuery {
     std::span<const HitCursor> after;
     Crossing crossing;
     std::span<Hit> hits;
+    Watch watch = {};
+    const SeesTriangle* sees = nullptr;
+    const HidesSubtree* hides = nullptr;
 };
 
 /// Finds the crossings that floats can decide; `uncertain` gets the others, in any order.

@@ -64,12 +64,12 @@ inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTria
     return {begin, end};
 }
 
-/// Tells if a triangle exists for the point with this number in a query.
-using SeesTriangle = std::function<bool(std::size_t point, std::uint32_t prim_id)>;
-/// True if no triangle of a subtree exists for the point: that of a node, or that of leaf i, whose
-/// number is i after those of all nodes.
-using HidesSubtree = std::function<bool(std::size_t point, std::size_t subtree)>;
-/// For a point for which every triangle exists.
+/// Tells if a triangle exists for the ray or point with this number in a query.
+using SeesTriangle = std::function<bool(std::size_t asked, std::uint32_t prim_id)>;
+/// True if no triangle of a subtree exists for it: that of a node, or that of leaf i, whose number
+/// is i after those of all nodes.
+using HidesSubtree = std::function<bool(std::size_t asked, std::size_t subtree)>;
+/// For a ray or point for which every triangle exists.
 struct SeesAll {
     bool operator()(std::uint32_t) const { return true; }
     bool hides(std::size_t) const { return false; }

@@ -12,30 +12,67 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
+// ---- Filters
+
+template <class Sees>
+inline constexpr bool kSeesAll = std::is_same_v<Sees, SeesAll>;
+inline constexpr auto kUnfiltered = [](std::size_t) { return SeesAll{}; };
+
+/// The triangles that exist for a ray or point of a query.
+template <class Query>
+struct SeesSome {
+    const Query& query;
+    std::size_t asked;
+
+    bool operator()(std::uint32_t prim_id) const { return (*query.sees)(asked, prim_id); }
+    bool hides(std::size_t subtree) const {
+        return query.hides != nullptr && (*query.hides)(asked, subtree);
+    }
+};
+
+/// Calls work(sees_of), where sees_of(i) is the filter of ray or point i of a query.
+template <class Query, class Work>
+HWY_INLINE void with_filter(const Query& query, Work work) {
+    if (query.sees == nullptr) return work(kUnfiltered);
+    work([&](std::size_t i) { return SeesSome<Query>{query, i}; });
+}
+
+template <class Sees>
+HWY_INLINE bool hides_node(const Bvh& bvh, const Node& node, Sees sees) {
+    return sees.hides(static_cast<std::size_t>(&node - bvh.nodes.data()));
+}
+template <class Sees>
+HWY_INLINE bool hides_leaf(const Bvh& bvh, const Leaf& leaf, Sees sees) {
+    return sees.hides(bvh.nodes.size() + static_cast<std::size_t>(&leaf - bvh.leaves.data()));
+}
+
 // ---- Hits
 
-/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits no later than tfar, and
-/// for the repeated triangles that they stand for. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, class Visit>
+/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray sees and hits no later than
+/// tfar, among them the repeated ones. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit, class Sees = SeesAll>
 HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                                     float tfar, const Leaf& leaf, Visit visit) {
+                                     float tfar, const Leaf& leaf, Visit visit, Sees sees = {}) {
+    if (hides_leaf(bvh, leaf, sees)) return;
     intersect_leaf<kAxis>(stream, ray, tfar, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
         const std::uint32_t prim_id = leaf.prim_id[slot];
-        visit(prim_id, hit);
+        if (sees(prim_id)) visit(prim_id, hit);
         if (bvh.repeated.empty()) [[likely]]
             return false;
         for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
-            visit(repeat.prim_id, hit);
+            if (sees(repeat.prim_id)) visit(repeat.prim_id, hit);
         return false;
     });
 }
 
-template <class Visit>
+template <class Visit, class Sees = SeesAll>
 HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                             std::uint32_t root, Visit visit) {
-    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, ray, node); };
+                             std::uint32_t root, Visit visit, Sees sees = {}) {
+    const auto met = [&](const Node& node) HWY_ATTR {
+        return hides_node(bvh, node, sees) ? 0u : met_slots(stream, ray, node);
+    };
     const auto visit_leaf = [&](const Leaf& leaf) HWY_ATTR {
-        for_each_hit_of_leaf(bvh, stream, ray, stream.tfar[ray], leaf, visit);
+        for_each_hit_of_leaf(bvh, stream, ray, stream.tfar[ray], leaf, visit, sees);
         return true;
     };
     for_each_leaf(bvh, met, visit_leaf, root);
@@ -148,8 +185,9 @@ inline void keep_first(std::vector<Hit>& hits, std::size_t first, std::size_t mo
     hits.resize(first + most);
 }
 
+template <class Sees>
 HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, std::uint32_t most,
-                             HitLists& lists) {
+                             HitLists& lists, Sees sees) {
     RayStream stream;
     prepare_one(stream, ray);
     stream.crossing = crossing;
@@ -157,11 +195,12 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, 
     // So that a list that is full costs little: twice as many are kept before the rest is dropped.
     const std::size_t room = 2 * std::size_t{most} + 16;
     std::uint64_t total = 0;
-    for_each_hit(bvh, stream, 0, 0, [&](std::uint32_t prim_id, const TriangleHit& hit) {
+    const auto list = [&](std::uint32_t prim_id, const TriangleHit& hit) {
         total = with_hit(total, hit);
         if (lists.hits.size() - first == room) keep_first(lists.hits, first, most);
         lists.hits.push_back(make_hit(hit, prim_id));
-    });
+    };
+    for_each_hit(bvh, stream, 0, 0, list, sees);
     keep_first(lists.hits, first, most);
     std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
               comes_before);
@@ -170,8 +209,9 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, 
 }
 
 /// The first hit after the cursor of a ray whose main axis is kAxis.
-template <int kAxis>
-HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const HitCursor& after) {
+template <int kAxis, class Sees>
+HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const HitCursor& after,
+                                Sees sees) {
     Hit first = no_hit();
     first.t = stream.tfar[0];
     float depth = stream.last_depth[0];
@@ -182,22 +222,26 @@ HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const H
         first = make_hit(hit, prim_id);
         depth = last_depth(hit.t);
     };
-    for_each_near_leaf<kAxis>(bvh, stream, 0, depth, [&](const Leaf& leaf) HWY_ATTR {
-        for_each_hit_of_leaf<kAxis>(bvh, stream, 0, first.t, leaf, keep);
-    });
+    const auto visit_leaf = [&](const Leaf& leaf) HWY_ATTR {
+        for_each_hit_of_leaf<kAxis>(bvh, stream, 0, first.t, leaf, keep, sees);
+    };
+    const auto skips = [&](const Node& node) { return hides_node(bvh, node, sees); };
+    for_each_near_leaf<kAxis>(bvh, stream, 0, depth, visit_leaf, skips);
     return first.prim_id == kNoPrim ? no_hit() : first;
 }
 
-HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const HitCursor& after) {
+template <class Sees>
+HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const HitCursor& after,
+                           Sees sees) {
     ray.tnear = std::max(ray.tnear, after.t);
     if (!(ray.tnear <= ray.tfar)) return no_hit();
     RayStream stream;
     prepare_one(stream, ray);
     stream.crossing = crossing;
     const std::uint32_t axis = stream.axis[0];
-    if (axis == 0) return next_hit_along<0>(bvh, stream, after);
-    if (axis == 1) return next_hit_along<1>(bvh, stream, after);
-    return next_hit_along<2>(bvh, stream, after);
+    if (axis == 0) return next_hit_along<0>(bvh, stream, after, sees);
+    if (axis == 1) return next_hit_along<1>(bvh, stream, after, sees);
+    return next_hit_along<2>(bvh, stream, after, sees);
 }
 
 // ---- Boxes and triangles
@@ -257,40 +301,6 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
 }
 
 #endif  // HWY_TARGET
-
-// ---- Filters
-
-template <class Sees>
-inline constexpr bool kSeesAll = std::is_same_v<Sees, SeesAll>;
-inline constexpr auto kUnfiltered = [](std::size_t) { return SeesAll{}; };
-
-/// The triangles that exist for a point of a query.
-template <class Query>
-struct SeesSome {
-    const Query& query;
-    std::size_t point;
-
-    bool operator()(std::uint32_t prim_id) const { return (*query.sees)(point, prim_id); }
-    bool hides(std::size_t subtree) const {
-        return query.hides != nullptr && (*query.hides)(point, subtree);
-    }
-};
-
-/// Calls work(sees_of), where sees_of(i) is the filter of point i of a query.
-template <class Query, class Work>
-HWY_INLINE void with_filter(const Query& query, Work work) {
-    if (query.sees == nullptr) return work(kUnfiltered);
-    work([&](std::size_t i) { return SeesSome<Query>{query, i}; });
-}
-
-template <class Sees>
-HWY_INLINE bool hides_node(const Bvh& bvh, const Node& node, Sees sees) {
-    return sees.hides(static_cast<std::size_t>(&node - bvh.nodes.data()));
-}
-template <class Sees>
-HWY_INLINE bool hides_leaf(const Bvh& bvh, const Leaf& leaf, Sees sees) {
-    return sees.hides(bvh.nodes.size() + static_cast<std::size_t>(&leaf - bvh.leaves.data()));
-}
 
 // ---- Windings
 

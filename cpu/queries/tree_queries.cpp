@@ -25,15 +25,22 @@ void answer(const Bvh& bvh, const CountQuery& query) {
 }
 
 void answer(const Bvh& bvh, const ListQuery& query) {
-    for (const Ray& ray : query.rays) {
-        query.watch.throw_if_cancelled();
-        list_hits_of(bvh, ray, query.crossing, query.most, query.lists);
-    }
+    with_filter(query, [&](auto sees_of) HWY_ATTR {
+        for (std::size_t i = 0; i < query.rays.size(); ++i) {
+            query.watch.throw_if_cancelled();
+            list_hits_of(bvh, query.rays[i], query.crossing, query.most, query.lists, sees_of(i));
+        }
+    });
 }
 
 void answer(const Bvh& bvh, const NextQuery& query) {
-    for (std::size_t i = 0; i < query.rays.size(); ++i)
-        query.hits[i] = next_hit_of(bvh, query.rays[i], query.crossing, query.after[i]);
+    with_filter(query, [&](auto sees_of) HWY_ATTR {
+        for (std::size_t i = 0; i < query.rays.size(); ++i) {
+            query.watch.throw_if_cancelled();
+            query.hits[i] =
+                next_hit_of(bvh, query.rays[i], query.crossing, query.after[i], sees_of(i));
+        }
+    });
 }
 
 /// Whether bundles pay, by the leaves that they and single points have visited so far.

@@ -97,11 +97,12 @@ void BruteTracer::answer(const CountQuery& query) const {
 
 void BruteTracer::answer(const ListQuery& query) const {
     HitLists& lists = query.lists;
-    for (const Ray& ray : query.rays) {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
         query.watch.throw_if_cancelled();
         const std::size_t first = lists.hits.size();
         std::uint64_t flag = 0;
-        for_each_hit(*topology_, positions_, ray, query.crossing, [&](const Hit& hit) {
+        for_each_hit(*topology_, positions_, query.rays[i], query.crossing, [&](const Hit& hit) {
+            if (query.sees != nullptr && !(*query.sees)(i, hit.prim_id)) return;
             lists.hits.push_back(hit);
             flag |= border_flag(hit);
         });
@@ -117,10 +118,12 @@ void BruteTracer::answer(const ListQuery& query) const {
 
 void BruteTracer::answer(const NextQuery& query) const {
     for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        query.watch.throw_if_cancelled();
         const HitCursor& after = query.after[i];
         Hit& next = query.hits[i];
         next = no_hit();
         for_each_hit(*topology_, positions_, query.rays[i], query.crossing, [&](const Hit& hit) {
+            if (query.sees != nullptr && !(*query.sees)(i, hit.prim_id)) return;
             const bool is_after = is_closer(after.t, after.prim_id, hit.t, hit.prim_id);
             if (is_after && (next.prim_id == kNoPrim || is_before(hit, next))) next = hit;
         });

@@ -126,11 +126,16 @@ HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const float& most, Near near,
     }
 }
 
-/// The same for the leaves that a ray whose main axis is kAxis meets, with their least depths.
-template <int kAxis, class VisitLeaf>
+inline constexpr auto kSkipsNone = [](const Node&) { return false; };
+
+/// The same for the leaves that a ray whose main axis is kAxis meets, with their least depths, but
+/// for those below nodes with skips(node).
+template <int kAxis, class VisitLeaf, class Skips = decltype(kSkipsNone)>
 HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                                   const float& depth, VisitLeaf visit_leaf) {
+                                   const float& depth, VisitLeaf visit_leaf,
+                                   Skips skips = kSkipsNone) {
     const auto near = [&](const Node& node, float* HWY_RESTRICT t_least) HWY_ATTR {
+        if (skips(node)) return 0u;
         FloatVec least[kVectors];
         const std::uint32_t met = near_slots<kAxis>(stream, ray, depth, node, least);
         for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);

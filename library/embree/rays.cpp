@@ -46,6 +46,8 @@ RTCRay to_object(const RTCRay& ray, const Transform& transform) {
     return mapped;
 }
 
+constexpr morphray::QueryOptions kCallingThread = {.threads = morphray::Threads::calling};
+
 /// Answers the rays of a call in one thread.
 class Query {
 public:
@@ -79,11 +81,10 @@ public:
     }
     bool has_filters() const { return has_filters_; }
     /// The closest hit with a mesh that the mask lets through; `found` is that of all meshes.
-    morphray::Hit seen_hit(morphray::Hit found, const morphray::Ray& traced,
+    morphray::Hit seen_hit(const morphray::Hit& found, const morphray::Ray& traced,
                            unsigned int ray_mask) const {
-        while (found && !committed_.meshes[found.geom_id].sees(ray_mask))
-            found = next(traced, found);
-        return found;
+        if (!found || committed_.meshes[found.geom_id].sees(ray_mask)) return found;
+        return next(traced, found, ray_mask);
     }
     /// Prefetches what set_hit() reads of the triangle.
     void prefetch(const morphray::Hit& found) const {
@@ -114,7 +115,7 @@ public:
     }
     /// The first hit from the closest on that is let through. False: nothing has changed.
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const {
-        for (; found; found = next(traced, found)) {
+        for (; found; found = next(traced, found, ray.mask)) {
             const CommittedMesh& mesh = committed_.meshes[found.geom_id];
             if (committed_.uses_masks && !mesh.sees(ray.mask)) continue;
             RTCHit candidate;
@@ -170,13 +171,27 @@ private:
         if (valid != 0) ray.tfar = seen.tfar;
         return valid != 0;
     }
-    /// The next hit after the last one. A ray through the diagonal of a quad hits the quad once.
-    morphray::Hit next(const morphray::Ray& traced, const morphray::Hit& last) const {
+    /// The next hit after the last one with a mesh that the mask lets through. A ray through the
+    /// diagonal of a quad hits the quad once.
+    morphray::Hit next(const morphray::Ray& traced, const morphray::Hit& last,
+                       unsigned int ray_mask) const {
         const bool is_quads = committed_.meshes[last.geom_id].is_quads;
-        const morphray::Hit hit = scene().intersect(traced, last, crossing_);
+        morphray::QueryOptions seen = kCallingThread;
+        if (committed_.uses_masks) seen.visible = visible_to(ray_mask);
+        const morphray::Hit hit = scene().intersect(traced, last, crossing_, seen);
         const bool is_other_half = is_quads && last.prim_id % 2 == 0 && hit.t == last.t &&
                                    hit.geom_id == last.geom_id && hit.prim_id == last.prim_id + 1;
-        return is_other_half ? scene().intersect(traced, hit, crossing_) : hit;
+        return is_other_half ? scene().intersect(traced, hit, crossing_, seen) : hit;
+    }
+    std::span<const std::uint8_t> visible_to(unsigned int ray_mask) const {
+        if (visible_.empty() || ray_mask != visible_mask_) {
+            visible_.clear();
+            visible_.reserve(committed_.meshes.size());
+            for (const CommittedMesh& mesh : committed_.meshes)
+                visible_.push_back(mesh.sees(ray_mask) ? 1 : 0);
+            visible_mask_ = ray_mask;
+        }
+        return visible_;
     }
 
     const Committed& committed_;
@@ -185,6 +200,9 @@ private:
     /// Queries with a filter of their own count hits, and so take one at an edge.
     morphray::Crossing crossing_;
     bool has_filters_;
+    /// The meshes that this mask lets through.
+    mutable std::vector<std::uint8_t> visible_;
+    mutable unsigned int visible_mask_ = 0;
 };
 
 constexpr Query::Kind kClosest = Query::Kind::closest;
@@ -197,8 +215,6 @@ constexpr std::size_t kMostInPacket = 16;
 constexpr std::size_t kHitsAhead = 6;
 // Rays of a stream that are traced together: an image of 256 x 256. They take up to 4 MB.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
-constexpr morphray::QueryOptions kCallingThread = {.threads = morphray::Threads::calling};
-
 /// The members of a ray, of 4 bytes each, and the number of one of them.
 constexpr std::size_t kRayMembers = 12;
 constexpr std::size_t kTfar = 8;

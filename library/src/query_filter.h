@@ -1,6 +1,7 @@
 // The triangles that exist for the rays or points of a call, by QueryOptions.
 #pragma once
 
+#include "common/bvh/bvh.h"
 #include "library/src/scene/errors.h"
 #include "library/src/scene/mesh_list.h"
 #include "morphray/queries.hpp"
@@ -45,6 +46,23 @@ public:
     }
     bool hides_mesh(std::size_t query, std::uint32_t geom_id) const {
         return geom_id != kNoGeometry && !sees(query, Hit{0, 0, 0, kNoPrim, geom_id});
+    }
+    /// The same as queries of the host's tree take it: number(i) is that of their ray or point i.
+    /// Empty if all triangles are seen. The filter must outlive it.
+    template <class Number>
+    mray::SeesTriangle seen_by(Number number) const {
+        if (sees_all()) return {};
+        return [this, number](std::size_t i, std::uint32_t prim_id) {
+            return sees(number(i), prim_id);
+        };
+    }
+    /// `meshes`: SceneImpl::meshes_of_subtrees(), or empty for an empty result.
+    template <class Number>
+    mray::HidesSubtree hidden_from(Number number, std::span<const std::uint32_t> meshes) const {
+        if (meshes.empty()) return {};
+        return [this, number, meshes](std::size_t i, std::size_t subtree) {
+            return hides_mesh(number(i), meshes[subtree]);
+        };
     }
     /// True if a query may leave out several triangles.
     bool hides_meshes() const {

@@ -118,7 +118,6 @@ void SceneImpl::start(const mray::Bvh* tree) {
 void SceneImpl::took_pose() {
     space_.emplace(pose_.space(), target());
     has_normals_of_pose_ = false;
-    meshes_of_subtrees_.clear();
 }
 
 void SceneImpl::read_list() {
@@ -232,6 +231,7 @@ Update SceneImpl::update_poses(std::span<const MeshPose> poses) {
 }
 
 void SceneImpl::change_meshes() {
+    knows_meshes_of_subtrees_ = false;
     updater_->end_background_build();
     // A refit that is pending, or has failed, needs the positions as they are.
     tracer_->finish();
@@ -258,7 +258,10 @@ void SceneImpl::follow(std::span<const MeshVertices> vertices) {
     updater_->frame_done({.ms = cost.ms(), .rays = cost.rays()});
     cost.reset();
     read(vertices);
-    updater_->update();
+    const mray::TreeStep step = updater_->update().step;
+    // These keep the tree as it is but for its boxes.
+    if (step != mray::TreeStep::kKept && step != mray::TreeStep::kRefitted)
+        knows_meshes_of_subtrees_ = false;
 }
 
 // Both name the same steps in one order.
@@ -285,8 +288,9 @@ void SceneImpl::fetch_tree() {
 }
 
 std::span<const std::uint32_t> SceneImpl::meshes_of_subtrees() {
+    if (knows_meshes_of_subtrees_) return meshes_of_subtrees_;
     const std::scoped_lock lock(mutex_);
-    if (!meshes_of_subtrees_.empty()) return meshes_of_subtrees_;
+    if (knows_meshes_of_subtrees_) return meshes_of_subtrees_;
     std::vector<std::uint32_t> meshes;
     for (const mray::IndexRange& prims : mray::prim_ranges(tracer_->host_tree())) {
         if (prims.begin >= prims.end) {
@@ -297,7 +301,9 @@ std::span<const std::uint32_t> SceneImpl::meshes_of_subtrees() {
         const std::uint32_t last = meshes_.locate(0, 0, 0, prims.end - 1).geom_id;
         meshes.push_back(first == last ? first : kNoGeometry);
     }
-    return meshes_of_subtrees_ = std::move(meshes);
+    meshes_of_subtrees_ = std::move(meshes);
+    knows_meshes_of_subtrees_ = true;
+    return meshes_of_subtrees_;
 }
 
 const mray::VertexNormals& SceneImpl::normals() {

@@ -94,8 +94,9 @@ private:
     mutable std::mutex mutex_;
     std::optional<mray::VertexNormals> normals_;
     bool has_normals_of_pose_ = false;
-    /// Empty until it is needed after an update.
     std::vector<std::uint32_t> meshes_of_subtrees_;
+    /// Whether they are those of the tree in use.
+    std::atomic<bool> knows_meshes_of_subtrees_ = false;
     std::optional<EdgeCounts> edge_counts_;
 };
 

@@ -94,21 +94,6 @@ struct ScenePoints {
     void sort(PointOrder by) {
         if (points.size() > kFewPoints) order = order_points(points, by);
     }
-    /// The filter of the points with the numbers index(i); empty if they see all triangles.
-    template <class Index>
-    mray::SeesTriangle sees(Index index) const {
-        if (filter.sees_all()) return {};
-        return [this, index](std::size_t i, std::uint32_t prim_id) {
-            return filter.sees(index(i), prim_id);
-        };
-    }
-    template <class Index>
-    mray::HidesSubtree hides(Index index) const {
-        if (meshes.empty()) return {};
-        return [this, index](std::size_t i, std::size_t subtree) {
-            return filter.hides_mesh(index(i), meshes[subtree]);
-        };
-    }
 };
 
 /// Calls work(points, answers) for blocks of points, sorted `by`. Throws Error for wrong options.
@@ -159,8 +144,8 @@ void query_points(SceneImpl& scene, const ScenePoints& points, const QueryOption
 template <class Query, class Index>
 void answer(SceneImpl& scene, Query query, const ScenePoints& points, Index index,
             bool on_host = false) {
-    const mray::SeesTriangle sees = points.sees(index);
-    const mray::HidesSubtree hides = points.hides(index);
+    const mray::SeesTriangle sees = points.filter.seen_by(index);
+    const mray::HidesSubtree hides = points.filter.hidden_from(index, points.meshes);
     if (sees) query.sees = &sees;
     if (hides) query.hides = &hides;
     const bool by_tracer = scene.tracer().info().answers_threads || (!on_host && !sees);
@@ -256,7 +241,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
     const mray::Bvh& tree = scene.tracer().host_tree();
     mray::Rivals rivals;
     rivals.triangles.reserve(run.size());
-    const mray::SeesTriangle sees = asked.sees(index);
+    const mray::SeesTriangle sees = asked.filter.seen_by(index);
     answer(scene, mray::ClosestQuery{run, most_d2, {}, watch, &rivals}, asked, index, true);
     // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(run.size());

@@ -247,31 +247,70 @@ struct SceneBatch {
     }
 };
 
+/// What queries of rays take of a filter where the host's tree answers; nothing on a device, whose
+/// hits are filtered afterwards. The filter must outlive it.
+struct RayFilter {
+    mray::SeesTriangle sees;
+    mray::HidesSubtree hides;
+
+    /// number(i): that of ray i of the query in the filter.
+    template <class Number>
+    RayFilter(SceneImpl& scene, const QueryFilter& filter, Number number) {
+        if (!scene.tracer().info().answers_threads) return;
+        sees = filter.seen_by(number);
+        if (filter.hides_meshes())
+            hides = filter.hidden_from(number, scene.meshes_of_subtrees());
+    }
+    template <class Query>
+    Query applied_to(Query query) const {
+        if (sees) query.sees = &sees;
+        if (hides) query.hides = &hides;
+        return query;
+    }
+};
+
+/// The first hits of rays with triangles that they see, from all of a device's hits.
+void find_seen_on_device(SceneImpl& scene, const QueryFilter& filter,
+                         std::span<const mray::Ray> rays, std::span<const std::size_t> numbers,
+                         std::span<mray::Hit> found) {
+    const std::uint32_t most =
+        filter.hides_meshes() ? std::numeric_limits<std::uint32_t>::max() : 2;
+    mray::HitLists lists;
+    scene.tracer().query(
+        mray::ListQuery{rays, mray::Crossing::kEach, most, lists, filter.watch()});
+    auto next = lists.hits.cbegin();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto end = next + lists.listed[i];
+        const auto seen = std::find_if(
+            next, end, [&](const mray::Hit& hit) { return filter.sees(numbers[i], hit.prim_id); });
+        found[i] = seen == end ? mray::no_hit() : *seen;
+        next = end;
+    }
+}
+
 /// Replaces hits with triangles that the filter leaves out by the next hits of their rays.
 void pass_unseen(SceneImpl& scene, const QueryFilter& filter, std::span<const Ray> rays,
                  std::span<Hit> hits, const QueryOptions& options) {
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < rays.size(); ++i)
         if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
-    const std::uint32_t most =
-        filter.hides_meshes() ? std::numeric_limits<std::uint32_t>::max() : 2;
+    if (places.empty()) return;
     query_tracer(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
         const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
         std::vector<Ray> passing(count);
         for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
         const SceneBatch batch(scene.space(), passing);
-        mray::HitLists lists;
-        scene.tracer().query(
-            mray::ListQuery{batch.rays, mray::Crossing::kEach, most, lists, filter.watch()});
-        auto next = lists.hits.cbegin();
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto end = next + lists.listed[i];
-            const auto seen = std::find_if(
-                next, end, [&](const mray::Hit& hit) { return filter.sees(part[i], hit.prim_id); });
-            set_answer(scene, passing[i], seen == end ? mray::no_hit() : *seen,
-                       batch.t_exponents[i], hits[part[i]]);
-            next = end;
+        std::vector<mray::Hit> found(count);
+        if (scene.tracer().info().answers_threads) {
+            const RayFilter own(scene, filter, [&](std::size_t i) { return part[i]; });
+            const std::vector<mray::HitCursor> start(count);
+            scene.tracer().query(own.applied_to(mray::NextQuery{
+                batch.rays, start, mray::Crossing::kEach, found, filter.watch()}));
+        } else {
+            find_seen_on_device(scene, filter, batch.rays, part, found);
         }
+        for (std::size_t i = 0; i < count; ++i)
+            set_answer(scene, passing[i], found[i], batch.t_exponents[i], hits[part[i]]);
     });
 }
 
@@ -319,22 +358,25 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
 
 /// All hits of each ray with triangles that it sees. rays[i] has number(i) in the filter.
 template <class Number>
-std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
-                                              std::span<const mray::Ray> rays, Crossing crossing,
-                                              const QueryFilter& filter, Number number) {
+std::vector<std::vector<mray::Hit>> list_hits(SceneImpl& scene, std::span<const mray::Ray> rays,
+                                              Crossing crossing, const QueryFilter& filter,
+                                              Number number) {
     std::vector<std::vector<mray::Hit>> all(rays.size());
     if (rays.empty()) return all;
     mray::HitLists lists;
     constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
-    scene.tracer().query(mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()});
+    const RayFilter own(scene, filter, number);
+    scene.tracer().query(own.applied_to(
+        mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()}));
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         filter.watch().throw_if_cancelled();
         std::vector<mray::Hit>& hits = all[i];
         hits.assign(next, next + lists.listed[i]);
         next += lists.listed[i];
-        std::erase_if(hits,
-                      [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
+        if (!own.sees)
+            std::erase_if(
+                hits, [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
         if (take_border_flag(lists.total[i], crossing))
             mray::keep_one_of_each_crossing(scene.meshes().topology(), scene.pose().positions(),
                                             scene.meshes().first_prims(), rays[i], hits);
@@ -351,7 +393,7 @@ struct WholeLists {
 /// Lists all hits of rays for which the tracer's numbers of hits are too large: rays that do not
 /// see everything, and by Crossing::once those that touch borders. Corrects the numbers.
 template <class Number>
-WholeLists list_uncertain(const SceneImpl& scene, std::span<const mray::Ray> rays,
+WholeLists list_uncertain(SceneImpl& scene, std::span<const mray::Ray> rays,
                           Crossing crossing, const QueryFilter& filter, Number number,
                           std::span<std::uint64_t> totals) {
     WholeLists whole;
@@ -369,7 +411,7 @@ WholeLists list_uncertain(const SceneImpl& scene, std::span<const mray::Ray> ray
 }
 
 /// Lists the first hits of rays, which are those of the filter from `first` on.
-mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray> rays,
+mray::HitLists list_first_hits(SceneImpl& scene, std::span<const mray::Ray> rays,
                                const AllHitsOptions& options, const QueryFilter& filter,
                                std::size_t first) {
     mray::HitLists lists;
@@ -400,19 +442,20 @@ mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray
     return lists;
 }
 
-mray::Hit find_next(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
+mray::Hit find_next(SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
                     Crossing crossing, const QueryFilter& filter) {
+    const auto number = [](std::size_t) { return std::size_t{0}; };
+    const RayFilter own(scene, filter, number);
     mray::Hit found;
     for (mray::HitCursor at = after;; at = {found.t, found.prim_id}) {
-        scene.tracer().query(
-            mray::NextQuery{{&ray, 1}, {&at, 1}, crossing_of(crossing), {&found, 1}});
+        scene.tracer().query(own.applied_to(
+            mray::NextQuery{{&ray, 1}, {&at, 1}, crossing_of(crossing), {&found, 1}}));
         if (found.prim_id == mray::kNoPrim) return found;
         if (filter.sees(0, found.prim_id)) break;
     }
     if (crossing != Crossing::once || !mray::may_touch_border({found.t, found.u, found.v}))
         return found;
-    const auto lists =
-        list_hits(scene, {&ray, 1}, crossing, filter, [](std::size_t) { return std::size_t{0}; });
+    const auto lists = list_hits(scene, {&ray, 1}, crossing, filter, number);
     for (const mray::Hit& hit : lists[0])
         if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
     return mray::no_hit();

@@ -450,6 +450,45 @@ TEST(VisibleHits, AreTheFirstOfAllHitsThatAreVisible) {
     expect_visible_hits_on(Device::brute_force(), 60);
 }
 
+TEST(VisibleHits, AreThoseOfTheTreeInUse) {
+    // What subtrees hold is known once a tree; each update here has another one, or moves it.
+    const morphray::Box bounds = {{-8, -8, -8}, {8, 8, 8}};
+    for (const char* const policy : {"refit", "rebuild", "every:2"}) {
+        std::vector<UserMesh> meshes = {UserMesh(star(3, 4)), UserMesh(icosphere(2)),
+                                        UserMesh(icosphere(3))};
+        const auto views = [&] {
+            return std::vector<morphray::MeshView>{meshes[0].view(), meshes[1].view(),
+                                                   meshes[2].view()};
+        };
+        morphray::SceneOptions options{.bounds = bounds};
+        options.update = morphray::parse_update_policy(policy);
+        Scene scene = Scene::build(views(), Device::cpu(), options);
+        const std::vector<Ray> rays = world_rays(meshes[0], 100, 3);
+        const std::vector<Vec3> points(meshes[2].points.begin(), meshes[2].points.begin() + 50);
+        Random random(4);
+        for (std::uint32_t step = 0; step < 8; ++step) {
+            if (step == 5) {
+                scene.detach(1);
+                meshes[1] = UserMesh(torus(12, 6));
+                EXPECT_EQ(scene.attach(meshes[1].view()), 1u);
+            }
+            for (UserMesh& mesh : meshes) {
+                const auto by = static_cast<float>(random.real(-1, 1));
+                for (Vec3& p : mesh.points) p = {p.y + by, p.z, p.x - by / 2};
+            }
+            scene.update();
+            const Scene brute = Scene::build(views(), Device::brute_force(), options);
+            const std::vector<std::uint8_t> visible = {step % 2 == 0, step % 3 == 0, step % 4 != 0};
+            const morphray::QueryOptions sees{.visible = visible};
+            for (const Ray& ray : rays)
+                EXPECT_EQ(scene.intersect(ray, sees), brute.intersect(ray, sees));
+            expect_same(scene.intersect_all(rays, {}, sees), brute.intersect_all(rays, {}, sees),
+                        policy);
+            EXPECT_TRUE(PointAnswers(scene, points, sees) == PointAnswers(brute, points, sees));
+        }
+    }
+}
+
 TEST(VisibleHits, LeaveOutTheMeshThatARayNames) {
     const UserMesh mesh(star(3, 4));
     UserMesh turned_over = mesh;
