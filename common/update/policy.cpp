@@ -88,7 +88,12 @@ private:
 /// to them; the traces of the present tree, as it degrades, correct the guess.
 class SlowdownModel {
 public:
-    explicit SlowdownModel(double first_per_visit) : first_per_visit_(first_per_visit) {}
+    explicit SlowdownModel(double first_per_visit) { guess(first_per_visit); }
+
+    void guess(double per_visit) {
+        first_per_visit_ = per_visit;
+        first_weight_ = kFirstWeight / per_visit * (kFirstWeight / per_visit);
+    }
 
     double slowdown(double overhead) const {
         const double per_visit =
@@ -140,7 +145,7 @@ private:
     static constexpr double kMostWatched = 2;
 
     double first_per_visit_;
-    double first_weight_ = kFirstWeight / first_per_visit_ * (kFirstWeight / first_per_visit_);
+    double first_weight_;
     double weight_ = 0;
     double weighted_ = 0;
     /// Overhead and time of the first frame of the present tree; a time of 0 before it.
@@ -150,6 +155,9 @@ private:
     double watched_ = 0;
 };
 
+// An overhead visit prolongs a trace of single rays by this many times what it adds to packets
+// (lab/notes/updates.md).
+constexpr double kSingleRays = 10;
 // Up to this loss a tree counts as sound: the model is no more exact than that.
 constexpr double kSound = 0.01;
 // What a build is taken to cost before the first trace, in traces of a sound tree.
@@ -231,11 +239,13 @@ public:
                      .restructure = untraced_.restructure + update.restructure,
                      .rebuild = untraced_.rebuild + update.rebuild,
                      .trace = update.trace,
+                     .single_part = update.single_part,
                      .overhead = update.overhead,
                      .new_tree = untraced_.new_tree || update.new_tree,
                      .build_pending = untraced_.build_pending || update.build_pending};
         if (update.trace <= 0) return;
         const FrameCost cost = std::exchange(untraced_, {});
+        model_.guess(config_.first_per_visit * (1 + (kSingleRays - 1) * cost.single_part));
         frame_cost_ = cost.refit + cost.trace;
         if (cost.new_tree || cost.restructure > 0) {
             model_.learn(overhead_, trace_, cost.overhead, cost.trace);

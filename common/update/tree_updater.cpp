@@ -329,6 +329,8 @@ double TreeUpdater::growth() const {
 FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
     FrameCost cost;
     cost.overhead = last_.overhead;
+    if (trace.other_rays > 0)
+        cost.single_part = static_cast<double>(trace.other_rays) / static_cast<double>(trace.rays);
     const bool built = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt;
     cost.new_tree = built || last_.step == TreeStep::kSwapped;
     cost.build_pending = last_.build_pending;

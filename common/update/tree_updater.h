@@ -87,6 +87,8 @@ struct TreeUpdate {
 struct TraceCost {
     double ms = 0;
     std::uint64_t rays = 0;
+    /// Those of them that are not of an image: rays and points of queries.
+    std::uint64_t other_rays = 0;
 };
 
 /// Topology, pose and tracer must outlive it.

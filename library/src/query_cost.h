@@ -17,6 +17,10 @@ public:
         add_time(ms);
         count_rays(rays);
     }
+    void add_image(double ms, std::uint64_t rays) {
+        add(ms, rays);
+        image_rays_.fetch_add(rays, std::memory_order_relaxed);
+    }
     /// Calls `query`, which traces this many rays. A clock costs as much as a ray, so one in some
     /// kSample rays of small calls is timed.
     template <class Query>
@@ -38,9 +42,12 @@ public:
     }
     /// No other thread may add at the same time.
     std::uint64_t rays() const { return counted() - counted_before_; }
+    /// Those of images among them. As rays().
+    std::uint64_t image_rays() const { return image_rays_.load(std::memory_order_relaxed); }
     /// As rays().
     void reset() {
         nanoseconds_ = 0;
+        image_rays_ = 0;
         counted_before_ = counted();
     }
 
@@ -69,6 +76,7 @@ private:
     }
 
     std::atomic<std::uint64_t> nanoseconds_ = 0;
+    std::atomic<std::uint64_t> image_rays_ = 0;
     /// counted() at the last reset(). Counters go on, so that few queries a pose are sampled, too.
     std::uint64_t counted_before_ = 0;
     std::array<Counter, kCounters> counters_;

@@ -665,7 +665,7 @@ void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
     scene.tracer().trace_views(batch);
     stack.ray_count = scene.tracer().finish().rays;
     stack.trace_ms = scene.tracer().finish().trace_ms;
-    scene.cost.add(stack.trace_ms, stack.ray_count);
+    scene.cost.add_image(stack.trace_ms, stack.ray_count);
 }
 
 void render(SceneImpl& scene, const View& view, Image& image) {
@@ -684,7 +684,7 @@ void render(SceneImpl& scene, const View& view, Image& image) {
     image.width = view.width;
     image.height = view.height;
     image.samples = view.samples;
-    scene.cost.add(image.trace_ms, image.ray_count);
+    scene.cost.add_image(image.trace_ms, image.ray_count);
     scene.image_memory.give_back(std::move(traced));
 }
 

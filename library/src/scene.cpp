@@ -255,7 +255,8 @@ void SceneImpl::read(std::span<const MeshVertices> vertices) {
 }
 
 void SceneImpl::follow(std::span<const MeshVertices> vertices) {
-    updater_->frame_done({.ms = cost.ms(), .rays = cost.rays()});
+    updater_->frame_done(
+        {.ms = cost.ms(), .rays = cost.rays(), .other_rays = cost.rays() - cost.image_rays()});
     cost.reset();
     read(vertices);
     const mray::TreeStep step = updater_->update().step;

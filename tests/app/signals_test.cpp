@@ -75,7 +75,7 @@ TEST(LiveLine, ShowsTheStepAndIsClearedBeforeTheMessage) {
          {std::pair("render builtin:cloth:20000 --backend brute --size 1024x1024 --rays shadow "
                     "--frames 3..24 --out ",
                     R"(rendering \d+/22  frame \d+, \d+%, \d\d:\d\d:\d\d to go)"),
-          {"render builtin:soup:4000000 --threads 1 --size 8x8 --frame 0 --out ",
+          {"render builtin:soup:4000000 --backend cpu --threads 1 --size 8x8 --frame 0 --out ",
            R"(rendering 0/1  tree)"}}) {
         Started started(words(command + folder.file("out")),
                         {.environment = {"TERM=xterm", "NO_COLOR=1"}, .on_terminal = true});

@@ -266,6 +266,16 @@ TEST(AutoPolicy, TreeThatProlongsTheFirstTraceByHalfIsRebuilt) {
     }
 }
 
+TEST(AutoPolicy, SingleRaysLoseMoreByABadTreeThanPackets) {
+    for (const double single_part : {0.0, 1.0}) {
+        const auto policy = make_update_policy({PolicyKind::kAuto}, {.first_per_visit = 0.001});
+        policy->built(5);
+        policy->frame_done({.trace = 10, .single_part = single_part});
+        EXPECT_EQ(policy->review({.overhead = 120}).step,
+                  single_part > 0 ? UpdateStep::kRestructure : UpdateStep::kRefit);
+    }
+}
+
 TEST(AutoPolicy, UpdatesBetweenTracesRebuildOnce) {
     const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget = 100});
     policy->built(30);
