@@ -258,8 +258,7 @@ struct RayFilter {
     RayFilter(SceneImpl& scene, const QueryFilter& filter, Number number) {
         if (!scene.tracer().info().answers_threads) return;
         sees = filter.seen_by(number);
-        if (filter.hides_meshes())
-            hides = filter.hidden_from(number, scene.meshes_of_subtrees());
+        if (filter.hides_meshes()) hides = filter.hidden_from(number, scene.meshes_of_subtrees());
     }
     template <class Query>
     Query applied_to(Query query) const {
@@ -276,8 +275,7 @@ void find_seen_on_device(SceneImpl& scene, const QueryFilter& filter,
     const std::uint32_t most =
         filter.hides_meshes() ? std::numeric_limits<std::uint32_t>::max() : 2;
     mray::HitLists lists;
-    scene.tracer().query(
-        mray::ListQuery{rays, mray::Crossing::kEach, most, lists, filter.watch()});
+    scene.tracer().query(mray::ListQuery{rays, mray::Crossing::kEach, most, lists, filter.watch()});
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const auto end = next + lists.listed[i];
@@ -304,8 +302,8 @@ void pass_unseen(SceneImpl& scene, const QueryFilter& filter, std::span<const Ra
         if (scene.tracer().info().answers_threads) {
             const RayFilter own(scene, filter, [&](std::size_t i) { return part[i]; });
             const std::vector<mray::HitCursor> start(count);
-            scene.tracer().query(own.applied_to(mray::NextQuery{
-                batch.rays, start, mray::Crossing::kEach, found, filter.watch()}));
+            scene.tracer().query(own.applied_to(
+                mray::NextQuery{batch.rays, start, mray::Crossing::kEach, found, filter.watch()}));
         } else {
             find_seen_on_device(scene, filter, batch.rays, part, found);
         }
@@ -366,8 +364,8 @@ std::vector<std::vector<mray::Hit>> list_hits(SceneImpl& scene, std::span<const 
     mray::HitLists lists;
     constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
     const RayFilter own(scene, filter, number);
-    scene.tracer().query(own.applied_to(
-        mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()}));
+    scene.tracer().query(
+        own.applied_to(mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()}));
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         filter.watch().throw_if_cancelled();
@@ -393,8 +391,8 @@ struct WholeLists {
 /// Lists all hits of rays for which the tracer's numbers of hits are too large: rays that do not
 /// see everything, and by Crossing::once those that touch borders. Corrects the numbers.
 template <class Number>
-WholeLists list_uncertain(SceneImpl& scene, std::span<const mray::Ray> rays,
-                          Crossing crossing, const QueryFilter& filter, Number number,
+WholeLists list_uncertain(SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
+                          const QueryFilter& filter, Number number,
                           std::span<std::uint64_t> totals) {
     WholeLists whole;
     std::vector<mray::Ray> whole_rays;
