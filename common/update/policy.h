@@ -68,7 +68,7 @@ struct FrameCost {
     /// The build and the upload of its tree, if the tree was built in this frame.
     double rebuild = 0;
     double trace = 0;
-    /// The part of the rays that are not traced in packets, which lose more by a bad tree.
+    /// The part of the rays that are not of images, which lose more by a bad tree.
     double single_part = 0;
     /// overhead_visits() of the tree that was traced.
     double overhead = 0;

@@ -215,6 +215,7 @@ constexpr std::size_t kMostInPacket = 16;
 constexpr std::size_t kHitsAhead = 6;
 // Rays of a stream that are traced together: an image of 256 x 256. They take up to 4 MB.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
+
 /// The members of a ray, of 4 bytes each, and the number of one of them.
 constexpr std::size_t kRayMembers = 12;
 constexpr std::size_t kTfar = 8;
