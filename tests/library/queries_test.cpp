@@ -451,7 +451,7 @@ TEST(VisibleHits, AreTheFirstOfAllHitsThatAreVisible) {
 }
 
 TEST(VisibleHits, AreThoseOfTheTreeInUse) {
-    // What subtrees hold is known once a tree; each update here has another one, or moves it.
+    // The meshes of subtrees are found once for a tree. Each update moves it or makes another one.
     const morphray::Box bounds = {{-8, -8, -8}, {8, 8, 8}};
     for (const char* const policy : {"refit", "rebuild", "every:2"}) {
         std::vector<UserMesh> meshes = {UserMesh(star(3, 4)), UserMesh(icosphere(2)),
