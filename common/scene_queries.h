@@ -67,10 +67,10 @@ struct ClosestTriangle {
 };
 
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite, those
-// of ClosestQuery within kOriginExtent. If `sees` is not null, only triangles that a ray or point
-// sees exist for it, and `hides`, unless null, may spare subtrees; devices take neither. A watch
-// can cancel before each ray and point on the CPU, and before each hit of lists on a device:
-// Error(kCancelled) leaves any answers.
+// of ClosestQuery within kOriginExtent. `sees`, unless null, selects the triangles that count for a
+// ray or point. `hides`, unless null, tells which subtrees have none of these, so that tracers skip
+// them. Devices ignore both. A watch can cancel before each ray and point on the CPU, and before
+// each hit of lists on a device: Error(kCancelled) leaves any answers.
 
 /// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {

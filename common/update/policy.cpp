@@ -160,7 +160,7 @@ private:
 constexpr double kSingleRays = 10;
 // Up to this loss a tree counts as sound: the model is no more exact than that.
 constexpr double kSound = 0.01;
-// What a build is taken to cost before the first trace, in traces of a sound tree.
+// The assumed cost of a build before any trace was timed, in traces of a sound tree.
 constexpr double kFirstPrice = 0.5;
 // The part of each frame's refit and trace that may be invested.
 constexpr double kInvested = 0.05;

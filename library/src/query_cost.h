@@ -17,9 +17,11 @@ public:
         add_time(ms);
         count_rays(rays);
     }
+    /// Marks rays that are counted elsewhere as those of an image, which packets trace.
+    void mark_image(std::uint64_t rays) { image_rays_.fetch_add(rays, std::memory_order_relaxed); }
     void add_image(double ms, std::uint64_t rays) {
         add(ms, rays);
-        image_rays_.fetch_add(rays, std::memory_order_relaxed);
+        mark_image(rays);
     }
     /// Calls `query`, which traces this many rays. A clock costs as much as a ray, so one in some
     /// kSample rays of small calls is timed.

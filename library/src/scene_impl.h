@@ -95,7 +95,7 @@ private:
     std::optional<mray::VertexNormals> normals_;
     bool has_normals_of_pose_ = false;
     std::vector<std::uint32_t> meshes_of_subtrees_;
-    /// Whether they are those of the tree in use.
+    /// False until they are found for the current tree. Threads read it without the mutex.
     std::atomic<bool> knows_meshes_of_subtrees_ = false;
     std::optional<EdgeCounts> edge_counts_;
 };

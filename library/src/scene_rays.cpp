@@ -24,6 +24,7 @@ constexpr std::size_t kRaysAhead = 16;
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
 // Rows of fewer rays are not traced as an image.
 constexpr std::size_t kLeastWidth = 8;
+constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
 
 // An Answer is a Hit, or 1 for a ray that hits anything and 0 for others.
 void set_answer(const SceneImpl& scene, const Ray& ray, const mray::Hit& hit, int t_exponent,
@@ -219,6 +220,7 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
         std::size_t done = 0;
         if (coherence.kind == Coherence::Kind::image && coherence.width >= kLeastWidth)
             done = trace_image(scene, rays, answers, coherence.width, arena, watch);
+        scene.cost.mark_image(done);
         const auto trace_batch = [&](std::size_t first, auto batch, auto order) {
             trace_on_host(scene, batch, order, answers.subspan(done + first, batch.size()), arena,
                           watch);
@@ -247,8 +249,8 @@ struct SceneBatch {
     }
 };
 
-/// What queries of rays take of a filter where the host's tree answers; nothing on a device, whose
-/// hits are filtered afterwards. The filter must outlive it.
+/// A filter as arguments of ray queries that the host's tree answers. It is empty on a device,
+/// whose hits are filtered afterwards. The filter must outlive it.
 struct RayFilter {
     mray::SeesTriangle sees;
     mray::HidesSubtree hides;
@@ -267,58 +269,6 @@ struct RayFilter {
         return query;
     }
 };
-
-/// The first hits of rays with triangles that they see, from all of a device's hits.
-void find_seen_on_device(SceneImpl& scene, const QueryFilter& filter,
-                         std::span<const mray::Ray> rays, std::span<const std::size_t> numbers,
-                         std::span<mray::Hit> found) {
-    const std::uint32_t most =
-        filter.hides_meshes() ? std::numeric_limits<std::uint32_t>::max() : 2;
-    mray::HitLists lists;
-    scene.tracer().query(mray::ListQuery{rays, mray::Crossing::kEach, most, lists, filter.watch()});
-    auto next = lists.hits.cbegin();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const auto end = next + lists.listed[i];
-        const auto seen = std::find_if(
-            next, end, [&](const mray::Hit& hit) { return filter.sees(numbers[i], hit.prim_id); });
-        found[i] = seen == end ? mray::no_hit() : *seen;
-        next = end;
-    }
-}
-
-/// Replaces hits with triangles that the filter leaves out by the next hits of their rays.
-void pass_unseen(SceneImpl& scene, const QueryFilter& filter, std::span<const Ray> rays,
-                 std::span<Hit> hits, const QueryOptions& options) {
-    std::vector<std::size_t> places;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
-    if (places.empty()) return;
-    query_tracer(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
-        const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
-        std::vector<Ray> passing(count);
-        for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
-        const SceneBatch batch(scene.space(), passing);
-        std::vector<mray::Hit> found(count);
-        if (scene.tracer().info().answers_threads) {
-            const RayFilter own(scene, filter, [&](std::size_t i) { return part[i]; });
-            const std::vector<mray::HitCursor> start(count);
-            scene.tracer().query(own.applied_to(
-                mray::NextQuery{batch.rays, start, mray::Crossing::kEach, found, filter.watch()}));
-        } else {
-            find_seen_on_device(scene, filter, batch.rays, part, found);
-        }
-        for (std::size_t i = 0; i < count; ++i)
-            set_answer(scene, passing[i], found[i], batch.t_exponents[i], hits[part[i]]);
-    });
-}
-
-void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
-                  const QueryOptions& options) {
-    require_room(rays.size(), "rays", hits.size());
-    const QueryFilter filter(scene.meshes(), rays.size(), "rays", options);
-    trace_all(scene, rays, hits, options);
-    if (!filter.sees_all()) pass_unseen(scene, filter, rays, hits, options);
-}
 
 /// A ray in the calling thread, without the memory of runs.
 template <class Answer>
@@ -354,18 +304,18 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
     return touches && count > 1 && crossing == Crossing::once;
 }
 
-/// All hits of each ray with triangles that it sees. rays[i] has number(i) in the filter.
+/// The hits of each ray with triangles that it sees: the first `most`, which a device lists before
+/// they are filtered. rays[i] has number(i) in the filter.
 template <class Number>
 std::vector<std::vector<mray::Hit>> list_hits(SceneImpl& scene, std::span<const mray::Ray> rays,
                                               Crossing crossing, const QueryFilter& filter,
-                                              Number number) {
+                                              Number number, std::uint32_t most = kAllHits) {
     std::vector<std::vector<mray::Hit>> all(rays.size());
     if (rays.empty()) return all;
     mray::HitLists lists;
-    constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
     const RayFilter own(scene, filter, number);
     scene.tracer().query(
-        own.applied_to(mray::ListQuery{rays, crossing_of(crossing), kAll, lists, filter.watch()}));
+        own.applied_to(mray::ListQuery{rays, crossing_of(crossing), most, lists, filter.watch()}));
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         filter.watch().throw_if_cancelled();
@@ -380,6 +330,44 @@ std::vector<std::vector<mray::Hit>> list_hits(SceneImpl& scene, std::span<const 
                                             scene.meshes().first_prims(), rays[i], hits);
     }
     return all;
+}
+
+/// Replaces hits with triangles that the filter leaves out by the next hits of their rays.
+void pass_unseen(SceneImpl& scene, const QueryFilter& filter, std::span<const Ray> rays,
+                 std::span<Hit> hits, const QueryOptions& options) {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
+    if (places.empty()) return;
+    query_tracer(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
+        const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
+        std::vector<Ray> passing(count);
+        for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
+        const SceneBatch batch(scene.space(), passing);
+        std::vector<mray::Hit> found(count);
+        const auto number = [&](std::size_t i) { return part[i]; };
+        if (scene.tracer().info().answers_threads) {
+            const RayFilter own(scene, filter, number);
+            const std::vector<mray::HitCursor> start(count);
+            scene.tracer().query(own.applied_to(
+                mray::NextQuery{batch.rays, start, mray::Crossing::kEach, found, filter.watch()}));
+        } else {
+            const std::uint32_t most = filter.hides_meshes() ? kAllHits : 2;
+            const auto seen = list_hits(scene, batch.rays, Crossing::each, filter, number, most);
+            for (std::size_t i = 0; i < count; ++i)
+                found[i] = seen[i].empty() ? mray::no_hit() : seen[i].front();
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            set_answer(scene, passing[i], found[i], batch.t_exponents[i], hits[part[i]]);
+    });
+}
+
+void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                  const QueryOptions& options) {
+    require_room(rays.size(), "rays", hits.size());
+    const QueryFilter filter(scene.meshes(), rays.size(), "rays", options);
+    trace_all(scene, rays, hits, options);
+    if (!filter.sees_all()) pass_unseen(scene, filter, rays, hits, options);
 }
 
 /// All hits of some rays of a batch, by their places in it.

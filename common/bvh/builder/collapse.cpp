@@ -7,7 +7,7 @@
 namespace mray {
 namespace {
 
-// Vectors of the compiler, which makes none of the loops below by itself.
+// g++ does not turn the loops below into vectors by itself.
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 constexpr std::uint32_t kFours = kWidth / 4;
@@ -60,7 +60,7 @@ void Collapse::find_costs(std::uint32_t node) {
     std::copy_n(costs_[right_child].cost.begin(), kWidth, right.begin() + kWidth);
     std::array<Float4, kFours> best;
     std::array<Int4, kFours> best_left;
-    best.fill(kInfinity - Float4{});
+    best.fill(Float4{} + kInfinity);
     best_left.fill(Int4{});
     const std::uint32_t most_leaves = 1u << std::min(nodes_[left_child].height, 4u);
     for (std::uint32_t k = 1; k <= std::min(most_leaves, kWidth - 1); ++k) {
@@ -71,13 +71,13 @@ void Collapse::find_costs(std::uint32_t node) {
             cost += left[k - 1];
             const Int4 better = cost < best[v];
             best[v] = better ? cost : best[v];
-            best_left[v] = better ? static_cast<std::int32_t>(k) - Int4{} : best_left[v];
+            best_left[v] = better ? Int4{} + static_cast<std::int32_t>(k) : best_left[v];
         }
     }
     const float alone = best[kFours - 1][3] + static_cast<float>(half_area(nodes_[node].box));
     for (std::uint32_t v = 0; v < kFours; ++v) {
         best_left[v] &= best[v] <= alone;
-        best[v] = best[v] <= alone ? best[v] : alone - Float4{};
+        best[v] = best[v] <= alone ? best[v] : Float4{} + alone;
         for (std::uint32_t i = 0; i < 4; ++i)
             own.left_slots[4 * v + i] = static_cast<std::uint8_t>(best_left[v][i]);
     }
