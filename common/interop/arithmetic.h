@@ -83,6 +83,25 @@ SHARED Float product_error(Float a, Float b, Float p) {
 }
 #endif
 
+/// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
+/// Exact: lab/proofs/small_floats.cpp.
+SHARED Float difference_error(Float a, Float b, Float d) {
+    PRECISE Float bv = a - d;
+    PRECISE Float av = d + bv;
+    PRECISE Float be = bv - b;
+    PRECISE Float ae = a - av;
+    PRECISE Float e = ae + be;
+    return e;
+}
+
+/// x on the grid 2^-63, so that products of two such values are no denormals: |x| >= 2^-40 is on it
+/// already, smaller values round through the ulp of the constant.
+SHARED Float snap_projected(Float x) {
+    PRECISE Float s = x + kProjectedSnap;
+    PRECISE Float r = s - kProjectedSnap;
+    return select(abs(x) >= kProjectedOnGrid, x, r);
+}
+
 /// 1/sqrt(x) to 2 ulp for 2^-100 <= x <= 2^100: a guess on the bits and three Newton steps, the
 /// last in residual form. Checked: lab/proofs/reciprocals.cpp.
 SHARED Float rsqrt(Float x) {

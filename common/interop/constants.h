@@ -34,6 +34,17 @@ SHARED_CONST float kFastProjectionFloor = 1.7763568394002505e-15f;
 SHARED_CONST float kWeightRounding = 4.76837158203125e-07f;
 SHARED_CONST float kMeanRounding = 4.76837158203125e-07f;
 
+// The error of t, three times that of the mean and what t rounds: 2^-20 by the range and by the
+// largest z; and of x and y of project, by z, as a part of kFastProjectionError: 2^-20. A hit whose
+// error is a larger part of t is rough: 3 * 2^-17 where the range is more than a quarter of z, else
+// 3 * 2^-15.
+SHARED_CONST float kHitRounding = 9.5367431640625e-07f;
+SHARED_CONST float kFarProjectionError = 9.5367431640625e-07f;
+SHARED_CONST float kRoughDepth = 2.288818359375e-05f;
+SHARED_CONST float kRoughSlope = 9.1552734375e-05f;
+// Refined hits keep to their box up to this part of t, 7 * 2^-24.
+SHARED_CONST float kIntervalRounding = 4.172325134277344e-07f;
+
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test
 // rejects it for every ray because it takes its near and far planes by the sign of the direction.
 SHARED_CONST float kEmptyPlane = 281474976710656.0f;

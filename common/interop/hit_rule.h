@@ -30,6 +30,7 @@
 #ifndef COMMON_INTEROP_HIT_RULE_H
 #define COMMON_INTEROP_HIT_RULE_H
 
+#include "common/interop/pairs.h"
 #include "common/interop/slab.h"
 
 #endif
@@ -49,6 +50,12 @@ SHARED Float3 rotate_axes(Float3 v, Uint axis) {
     return select(axis == 0u, Float3(v.y, v.z, v.x), select(axis == 1u, Float3(v.z, v.x, v.y), v));
 }
 
+SHARED Pair3 rotate_pairs(Pair3 v, Uint axis) {
+    v.hi = rotate_axes(v.hi, axis);
+    v.lo = rotate_axes(v.lo, axis);
+    return v;
+}
+
 SHARED ShearedRay shear_ray(Float3 org, Float3 dir) {
     ShearedRay s;
     s.axis = largest_axis(dir);
@@ -57,17 +64,6 @@ SHARED ShearedRay shear_ray(Float3 org, Float3 dir) {
     PRECISE Float slack = 0.25f * depth_margin(org);
     s.depth_slack = slack;
     return s;
-}
-
-/// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
-/// Exact: lab/proofs/small_floats.cpp.
-SHARED Float difference_error(Float a, Float b, Float d) {
-    PRECISE Float bv = a - d;
-    PRECISE Float av = d + bv;
-    PRECISE Float be = bv - b;
-    PRECISE Float ae = a - av;
-    PRECISE Float e = ae + be;
-    return e;
 }
 
 /// a * b - c * d with the errors of both products: relative error of about 3 ulp, and exact sign.
@@ -79,14 +75,6 @@ SHARED Float difference_of_products(Float a, Float b, Float c, Float d) {
     PRECISE Float minor = product_error(a, b, left) - product_error(c, d, right);
     PRECISE Float sum = major + minor;
     return sum;
-}
-
-/// x on the grid 2^-63, so that products of two such values are no denormals: |x| >= 2^-40 is on it
-/// already, smaller values round through the ulp of the constant.
-SHARED Float snap_projected(Float x) {
-    PRECISE Float s = x + kProjectedSnap;
-    PRECISE Float r = s - kProjectedSnap;
-    return select(abs(x) >= kProjectedOnGrid, x, r);
 }
 
 /// a.x * d.z - d.x * a.z for a = vertex - org given as rounded difference and its error.
@@ -139,11 +127,13 @@ SHARED Float3 project_fast(ShearedRay s, Float3 vertex) {
 }
 
 /// The edge functions of a triangle opposite to a, b and c; how far each may be from that of the
-/// vertices as `project` gives them; and the range and the largest size of the vertices' z.
+/// vertices as `project` gives them; the range and the largest size of the vertices' z; and how far
+/// each may be from that of the vertices as they are.
 struct Edges {
     Float u, v, w;
     Float bound;
     Float depth_range, depth_size;
+    Float real_bound;
 };
 
 SHARED void measure_depth(Float za, Float zb, Float zc, INOUT(Edges) e) {
@@ -189,17 +179,22 @@ SHARED Edges fast_edges(Float3 a, Float3 b, Float3 c) {
     e.v = fast_edge(c, a);
     e.w = fast_edge(a, b);
     e.bound = edge_bound(m, e.depth_size);
+    e.real_bound = e.bound;
     return e;
 }
 
-/// The edge functions of vertices from project; their signs are exact.
+/// The edge functions of vertices from project; their signs are exact. The errors of project add
+/// less than fast_edges has without depths, but for 2^-44 of these.
 SHARED Edges exact_edges(Float3 a, Float3 b, Float3 c) {
+    PRECISE Float m = (projected_size(a) + projected_size(b)) + projected_size(c);
     Edges e;
     e.u = difference_of_products(b.x, c.y, b.y, c.x);
     e.v = difference_of_products(c.x, a.y, c.y, a.x);
     e.w = difference_of_products(a.x, b.y, a.y, b.x);
     e.bound = broadcast(0.0f);
     measure_depth(a.z, b.z, c.z, e);
+    PRECISE Float far = kFarProjectionError * e.depth_size;
+    e.real_bound = edge_bound(m, far);
     return e;
 }
 
@@ -222,9 +217,10 @@ SHARED Bool surely_inside(ShearedRay s, Edges e) {
            (lesser(e.u, lesser(e.v, e.w)) > e.bound || greater(e.u, greater(e.v, e.w)) < -e.bound);
 }
 
-/// t and the barycentric weights u of b and v of c.
+/// t and the barycentric weights u of b and v of c. Until it is refined, |t - exact t| <= error; it
+/// is rough if that is more than `allowed`.
 struct TriangleHit {
-    Float t, u, v;
+    Float t, u, v, error, allowed;
 };
 
 /// weight * scale for 0 <= weight <= sum, where scale is 1 / sum up to a factor of 2; and 0 if
@@ -233,6 +229,13 @@ SHARED Float scaled_weight(Float weight, Float sum, Float scale) {
     Uint gap = (floatBitsToUint(sum) >> 23u) - (floatBitsToUint(weight) >> 23u);
     PRECISE Float w = weight * scale;
     return select(weight == 0.0f || gap > 60u, 0.0f, w);
+}
+
+/// The error of t from which on a hit is rough.
+SHARED Float allowed_error(Float depth_range, Float z, Float t) {
+    PRECISE Float four = 4.0f * depth_range;
+    PRECISE Float allowed = select(four > z, broadcast(kRoughDepth), broadcast(kRoughSlope)) * t;
+    return allowed;
 }
 
 /// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z. The
@@ -260,7 +263,22 @@ SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
     hit.t = t;
     hit.u = wb;
     hit.v = wc;
+    PRECISE Float by_real_range = 6.0f * (e.real_bound * scale) + kHitRounding;
+    PRECISE Float rounding = kHitRounding * e.depth_size;
+    PRECISE Float hit_error = by_real_range * e.depth_range + rounding;
+    hit.error = hit_error;
+    hit.allowed = allowed_error(e.depth_range, abs(z), abs(t));
     return e.depth_range < e.depth_size || abs(z) > error;
+}
+
+/// Whether t, u and v of a hit are those of the exact place (refine_hit).
+SHARED Bool is_rough(TriangleHit hit) { return hit.error > hit.allowed; }
+
+/// Whether a rough hit may be one from tnear up to tfar.
+SHARED Bool may_be_in_range(TriangleHit hit, Float tnear, Float tfar) {
+    PRECISE Float least = hit.t - hit.error;
+    PRECISE Float most = hit.t + hit.error;
+    return most > 0.0f && most >= tnear && least <= tfar;
 }
 
 /// weighted_hit() with edge functions from exact_edges: whether the ray hits the triangle
@@ -296,7 +314,74 @@ SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim)
     return t < closest_t || (t == closest_t && prim_id < closest_prim);
 }
 
+/// Sets t, u and v of a rough hit to those of the place where the ray meets the plane of the
+/// triangle a, b, c, whose axes are rotated, in pairs of floats. With s = a - org, e1 = b - a, e2 =
+/// c - a, n = e1 x e2 and p = t dir - s:
+///     t = n.s / n.dir,   u = (p x e2).k / n.k,   v = (e1 x p).k / n.k,   k the largest axis of n.
+/// A ray that only passes the displaced vertices may meet the plane elsewhere: t is kept where it
+/// passes the triangle's own box, and so where it passes all boxes around it; u and v are no less
+/// than 0 and add up to no more than 1. Bounds: lab/proofs/place.g. e: as for the hit.
+SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
+                       INOUT(TriangleHit) hit) {
+    Pair3 e1 = pair_difference(b, a);
+    Pair3 e2 = pair_difference(c, a);
+    Pair3 way = pair_difference(a, s.org);
+    Pair3 n = pair_cross(e1, e2);
+    Pair height = pair_dot(n, way);
+    Pair slant = pair_dot(n, s.dir);
+    Pair t;
+    Bool is_known = pair_quotient(height, slant, t);
+
+    Float3 lower = Float3(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
+                          lesser(a.z, lesser(b.z, c.z)));
+    Float3 upper = Float3(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
+                          greater(a.z, greater(b.z, c.z)));
+    Float first;
+    Float last;
+    padded_interval(slab_ray(s.org, s.dir), lower, upper, first, last);
+    Float kept = lesser(greater(t.hi, first), last);
+    is_known = is_known && kept > kTiny;
+    t.lo = select(kept == t.hi, t.lo, 0.0f);
+    t.hi = select(is_known, kept, hit.t);
+
+    Pair3 p = pair_vector(way_on_ray(t, s.dir.x, pair_x(way)), way_on_ray(t, s.dir.y, pair_y(way)),
+                          way_on_ray(t, s.dir.z, pair_z(way)));
+    Uint axis = largest_axis(n.hi);
+    p = rotate_pairs(p, axis);
+    e1 = rotate_pairs(e1, axis);
+    e2 = rotate_pairs(e2, axis);
+    Pair whole = pair_z(rotate_pairs(n, axis));
+    Pair u;
+    Pair v;
+    is_known = pair_quotient(pair_minor(pair_x(p), pair_y(e2), pair_y(p), pair_x(e2)), whole, u) &&
+               is_known;
+    is_known = pair_quotient(pair_minor(pair_x(e1), pair_y(p), pair_y(e1), pair_x(p)), whole, v) &&
+               is_known;
+    Float b_weight = grid_weight(u.hi);
+    PRECISE Float rest = 1.0f - b_weight;
+    Float c_weight = lesser(grid_weight(v.hi), rest);
+
+    // A ray through an edge of the displaced vertices has no weight across it (may_touch_border).
+    b_weight = select(e.v == 0.0f, 0.0f, select(e.u == 0.0f && e.w == 0.0f, 1.0f, b_weight));
+    PRECISE Float opposite = 1.0f - b_weight;
+    c_weight = select(e.w == 0.0f, 0.0f, select(e.u == 0.0f, opposite, c_weight));
+    hit.t = t.hi;
+    hit.u = select(is_known, b_weight, hit.u);
+    hit.v = select(is_known, c_weight, hit.v);
+}
+
 #ifndef SHARED_LANES
+
+/// Whether a hit of weighted_hit() or exact_hit() is one from tnear up to tfar; refines it first.
+SHARED bool is_refined_in_range(ShearedRay s, Edges e, float tnear, float tfar, vec3 a, vec3 b,
+                                vec3 c, INOUT(TriangleHit) hit) {
+    if (is_rough(hit)) {
+        if (!may_be_in_range(hit, tnear, tfar)) return false;
+        refine_hit(s, e, rotate_axes(a, s.axis), rotate_axes(b, s.axis), rotate_axes(c, s.axis),
+                   hit);
+    }
+    return is_in_range(hit.t, tnear, tfar);
+}
 
 /// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles with a vertex that
 /// is not finite are never hit; those without area only where their projected vertices are not
@@ -315,7 +400,8 @@ SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, ve
         e = exact_edges(project(s, a), project(s, b), project(s, c));
         is_hit = exact_hit(s, e, pa.z, pb.z, pc.z, hit);
     }
-    return is_hit && is_in_range(hit.t, tnear, tfar) && finite_vertices(a, b, c);
+    return is_hit && finite_vertices(a, b, c) &&
+           is_refined_in_range(s, e, tnear, tfar, a, b, c, hit);
 }
 
 SHARED Hit make_hit(TriangleHit hit, uint prim_id) {

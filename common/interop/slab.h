@@ -111,8 +111,8 @@ SHARED Float least_depth(Float enter, Float along, Float depth_margin) {
     return greater(greater(along, early), 0.0f);
 }
 
-/// Whether the ray's line meets the dilated box at some t >= 0, and the least depth of hits in it.
-SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) {
+/// Where the ray's line enters the dilated box on each axis, and where it leaves the box.
+SHARED Float3 box_entries(SlabRay s, Float3 lower, Float3 upper, OUT(Float) leave) {
     PRECISE Float lx = (lower.x - s.org_lower.x) * s.rdir.x;
     PRECISE Float ux = (upper.x - s.org_upper.x) * s.rdir.x;
     PRECISE Float ly = (lower.y - s.org_lower.y) * s.rdir.y;
@@ -122,15 +122,40 @@ SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) 
     Bool nx = s.rdir.x < 0.0f;
     Bool ny = s.rdir.y < 0.0f;
     Bool nz = s.rdir.z < 0.0f;
-    Float near_x = select(nx, ux, lx);
-    Float near_y = select(ny, uy, ly);
-    Float near_z = select(nz, uz, lz);
-    Float enter = greater(greater(near_x, near_y), greater(near_z, 0.0f));
     Float end = lesser(lesser(select(nx, lx, ux), select(ny, ly, uy)), select(nz, lz, uz));
-    PRECISE Float leave = end * kSlabRounding;
-    Float along = select(s.axis == 0u, near_x, select(s.axis == 1u, near_y, near_z));
+    PRECISE Float last = end * kSlabRounding;
+    leave = last;
+    return Float3(select(nx, ux, lx), select(ny, uy, ly), select(nz, uz, lz));
+}
+
+/// Whether the ray's line meets the dilated box at some t >= 0, and the least depth of hits in it.
+SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) {
+    Float leave;
+    Float3 near = box_entries(s, lower, upper, leave);
+    Float enter = greater(greater(near.x, near.y), greater(near.z, 0.0f));
+    Float along = select(s.axis == 0u, near.x, select(s.axis == 1u, near.y, near.z));
     t_least = least_depth(enter, along, s.depth_margin);
     return enter <= leave;
+}
+
+/// The interval of t in which the ray's line passes the padded box of vertices with these bounds,
+/// longer by kIntervalRounding of itself at both ends: what rounds to a t in it is in it.
+SHARED void padded_interval(SlabRay s, Float3 lower, Float3 upper, OUT(Float) first,
+                            OUT(Float) last) {
+    Float extent = largest_extent(lower, upper);
+    PRECISE Float3 least =
+        Float3(lower.x - plane_pad(lower.x, extent), lower.y - plane_pad(lower.y, extent),
+               lower.z - plane_pad(lower.z, extent));
+    PRECISE Float3 most =
+        Float3(upper.x + plane_pad(upper.x, extent), upper.y + plane_pad(upper.y, extent),
+               upper.z + plane_pad(upper.z, extent));
+    Float leave;
+    Float3 near = box_entries(s, least, most, leave);
+    Float enter = greater(greater(near.x, near.y), greater(near.z, 0.0f));
+    PRECISE Float early = enter - kIntervalRounding * enter;
+    PRECISE Float late = leave + kIntervalRounding * leave;
+    first = early;
+    last = late;
 }
 
 SHARED_END

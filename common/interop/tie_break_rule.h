@@ -38,9 +38,9 @@ SHARED Bool owns_ray(Edges e, Float3 a, Float3 b, Float3 c) {
 
 /// Returns false only if the ray of a hit goes through no edge and no vertex of the triangle: the
 /// weight of an edge function that is 0 is at most kWeightRounding (docs/design/arithmetic.md).
-SHARED Bool may_touch_border(TriangleHit hit) {
-    PRECISE Float rest = 1.0f - (hit.u + hit.v);
-    return lesser(rest, lesser(hit.u, hit.v)) <= kWeightRounding;
+SHARED Bool may_touch_border(Float u, Float v) {
+    PRECISE Float rest = 1.0f - (u + v);
+    return lesser(rest, lesser(u, v)) <= kWeightRounding;
 }
 
 #ifndef SHARED_LANES
@@ -62,7 +62,8 @@ SHARED bool cross_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b
         e = exact_edges(qa, qb, qc);
         is_hit = exact_hit(s, e, pa.z, pb.z, pc.z, hit) && owns_ray(e, qa, qb, qc);
     }
-    return is_hit && is_in_range(hit.t, tnear, tfar) && finite_vertices(a, b, c);
+    return is_hit && finite_vertices(a, b, c) &&
+           is_refined_in_range(s, e, tnear, tfar, a, b, c, hit);
 }
 
 #endif

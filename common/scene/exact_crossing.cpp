@@ -112,7 +112,7 @@ void keep_one_of_each_crossing(const Topology& topology, std::span<const vec3> p
     };
     std::set<std::pair<std::ptrdiff_t, Border>> passed;
     std::erase_if(hits, [&](const Hit& hit) {
-        if (!may_touch_border({hit.t, hit.u, hit.v})) return false;
+        if (!may_touch_border(hit.u, hit.v)) return false;
         const uvec3 t = topology.triangles[hit.prim_id];
         const auto border = find_border(sheared, positions[t.x], positions[t.y], positions[t.z]);
         return border && !passed.emplace(mesh_of(hit.prim_id), *border).second;

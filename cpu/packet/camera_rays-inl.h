@@ -1,6 +1,7 @@
 // The rays of a camera packet: the frame of a tile of camera rays; that of rays that a caller has
 // stored, if they lie nearly on a grid; and in the end t, u and v of each closest candidate.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -8,6 +9,7 @@
 #include "common/scene/scene_space.h"
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/packet/packet_plane-inl.h"
+#include "cpu/simd/triangle_plane.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
@@ -301,6 +303,7 @@ public:
     CameraPacketFinish(const CameraPacket& packet, Hit* rows, std::size_t stride)
         : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
         const CameraFrame& frame = packet.frame;
+        std::fill_n(plane_candidates_, kPlanes, kNoCandidate);
         if (packet.stored != nullptr)
             for (int k = 0; k < 3; ++k) stored_[k] = packet.stored->d[k];
         if (frame.axis == kMixedAxes) return;
@@ -531,7 +534,7 @@ private:
 
     /// Writes the hits for which the rule takes its fast path. The others become fallback rays,
     /// whatever is written for them here.
-    HWY_INLINE void finish_hits(const BegunHits& rays) {
+    HWY_INLINE void finish_hits(BegunHits& rays) {
         const Mask has_candidate = mask_of(rays.rays);
         // A mask as a vector, not a constant of all ones: compilers compare a register with itself
         // to make one, and each iteration would wait for the last use of that register.
@@ -541,12 +544,74 @@ private:
         write({zero_unless(has_candidate, t), zero_unless(has_candidate, u),
                zero_unless(has_candidate, v), rays.prim_ids | no_prim},
               place(rays.first));
-        std::uint32_t rest = rays.rays & ~bits_of(rays.is_fast & rays.fast.is_ahead);
+        const FloatVec error = rays.fast.error, allowed = rays.fast.allowed;
+        const Mask is_smooth = error <= splat(1 - FastHits::kErrorRounding) * allowed;
+        const std::uint32_t rest =
+            rays.rays & ~bits_of(rays.is_fast & is_smooth & rays.fast.is_ahead);
         if (HWY_LIKELY(rest == 0)) return;
-        const Mask is_hit_ahead = rays.fast.is_hit_ahead(z, splat(slack_));
-        for (rest &= ~bits_of(rays.is_fast & is_hit_ahead); rest != 0; rest &= rest - 1) {
-            fallback_[fallback_count_++] = static_cast<std::uint16_t>(rays.first + first_bit(rest));
+        const Mask ahead =
+            rays.is_fast & (rays.fast.is_ahead | rays.fast.is_hit_ahead(z, splat(slack_)));
+        const Mask is_rough = error > splat(1 + FastHits::kErrorRounding) * allowed;
+        finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(ahead & is_rough));
+    }
+
+    /// Finishes the rays `rest` from `first` on, of which these are rough for certain, or makes
+    /// them fallback rays, as where few are rough.
+    HWY_NOINLINE void finish_rest(std::size_t first, std::uint32_t rest, std::uint32_t rough) {
+        rough &= rest;
+        if (static_cast<std::uint32_t>(std::popcount(rough)) * 2 >= kLanes)
+            rest &= ~finish_rough(first, rough);
+        for (; rest != 0; rest &= rest - 1) {
+            fallback_[fallback_count_++] = static_cast<std::uint16_t>(first + first_bit(rest));
         }
+    }
+
+    /// Writes hits of rough rays, and returns which. Neighbours have the same triangle, whose plane
+    /// is found once.
+    HWY_INLINE std::uint32_t finish_rough(std::size_t first, std::uint32_t rough) {
+        alignas(64) std::uint32_t indices[kLanes];
+        for (std::uint32_t l = 0; l < kLanes; ++l)
+            indices[l] = static_cast<std::uint32_t>(first) + l;
+        const lanes::Float3 dir = directions_of(packet_, load(indices));
+        alignas(64) float x[kLanes], y[kLanes], z[kLanes];
+        store(dir.x, x);
+        store(dir.y, y);
+        store(dir.z, z);
+        std::uint32_t done = 0;
+        while (rough != 0) {
+            const std::uint32_t candidate = packet_.candidate[first + first_bit(rough)];
+            const TrianglePlane& plane = plane_of(candidate);
+            Hit hits[kLanes];
+            bool is_placed[kLanes];
+            for (std::uint32_t l = 0; l < kLanes; ++l) {
+                TriangleHit hit;
+                is_placed[l] = plane.place(vec3(x[l], y[l], z[l]), hit);
+                hits[l] = make_hit(hit, 0);
+            }
+            const HitLeaf& leaf = packet_.hit_leaves[candidate / kLeafTriangles];
+            for (std::uint32_t bits = rough; bits != 0; bits &= bits - 1) {
+                const std::uint32_t l = first_bit(bits);
+                if (packet_.candidate[first + l] != candidate) continue;
+                rough &= ~(1u << l);
+                if (!is_placed[l]) continue;
+                done |= 1u << l;
+                hits[l].prim_id = floatBitsToUint(leaf.prim_id[candidate % kLeafTriangles]);
+                *place(first + l) = hits[l];
+            }
+        }
+        return done;
+    }
+
+    HWY_INLINE const TrianglePlane& plane_of(std::uint32_t candidate) {
+        const std::size_t at = candidate % kPlanes;
+        if (plane_candidates_[at] != candidate) {
+            plane_candidates_[at] = candidate;
+            const Leaf& leaf = *packet_.hit_leaves[candidate / kLeafTriangles].leaf;
+            const std::uint32_t slot = candidate % kLeafTriangles;
+            planes_[at] = TrianglePlane(packet_.frame.org, leaf_position(leaf, slot, 0),
+                                        leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2));
+        }
+        return planes_[at];
     }
 
     HWY_NOINLINE void finish_fallback() const {
@@ -587,6 +652,10 @@ private:
     /// The parts of the current row of blocks.
     alignas(64) float row_[3][kBlockRays];
     alignas(64) float scaled_[3][kRowRays];
+    /// Planes of candidates by their last bits.
+    static constexpr std::size_t kPlanes = 16;
+    TrianglePlane planes_[kPlanes];
+    std::uint32_t plane_candidates_[kPlanes];
     std::uint16_t fallback_[kCameraRays];
     std::size_t fallback_count_ = 0;
 };

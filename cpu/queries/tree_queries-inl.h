@@ -80,7 +80,7 @@ HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_
 
 /// The number of hits with one more, and kTouchesBorder.
 HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
-    return (count + 1) | (may_touch_border(hit) ? kTouchesBorder : 0);
+    return (count + 1) | (may_touch_border(hit.u, hit.v) ? kTouchesBorder : 0);
 }
 
 HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing) {
@@ -154,7 +154,7 @@ private:
     static constexpr std::uint32_t kTouches = 1u << 31;
 
     HWY_INLINE void add_one(std::size_t ray, const TriangleHit& hit) {
-        counts_[ray] = (counts_[ray] + 1) | (may_touch_border(hit) ? kTouches : 0);
+        counts_[ray] = (counts_[ray] + 1) | (may_touch_border(hit.u, hit.v) ? kTouches : 0);
     }
     HWY_INLINE void add(std::size_t first, Mask hits, const lanes::TriangleHit& hit,
                         std::uint32_t prim_id) {
@@ -162,7 +162,7 @@ private:
         if (!bvh_.repeated.empty())
             times += static_cast<std::uint32_t>(repeats_of(bvh_.repeated, prim_id).size());
         const UintVec more = select(uint_mask(hits), splat(times), splat(0u));
-        const Mask touches = hits & lanes::may_touch_border(hit);
+        const Mask touches = hits & lanes::may_touch_border(hit.u, hit.v);
         const UintVec flags = select(uint_mask(touches), splat(kTouches), splat(0u));
         store((load(counts_ + first) + more) | flags, counts_ + first);
     }

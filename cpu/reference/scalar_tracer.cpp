@@ -36,7 +36,7 @@ void for_each_hit(const Topology& topology, std::span<const vec3> positions, con
 }
 
 std::uint64_t border_flag(const Hit& hit) {
-    return may_touch_border({hit.t, hit.u, hit.v}) ? kTouchesBorder : 0;
+    return may_touch_border(hit.u, hit.v) ? kTouchesBorder : 0;
 }
 
 /// A triangle and a lower bound of its exact distance.

@@ -29,9 +29,35 @@ struct FastTriangle {
     FloatVec za, zb, zc;
 };
 
+/// refine_hit() of these lanes.
+HWY_NOINLINE inline void refine_hits(const lanes::ShearedRay& s, const lanes::Edges& e,
+                                     const TriangleCorners& t, Mask rough,
+                                     lanes::TriangleHit& hit) {
+    lanes::TriangleHit refined = hit;
+    lanes::refine_hit(s, e, lanes::rotate_axes(t.a, s.axis), lanes::rotate_axes(t.b, s.axis),
+                      lanes::rotate_axes(t.c, s.axis), refined);
+    hit.t = select(rough, refined.t, hit.t);
+    hit.u = select(rough, refined.u, hit.u);
+    hit.v = select(rough, refined.v, hit.v);
+}
+
+/// is_refined_in_range() of the lanes `hits`.
+HWY_INLINE Mask refined_in_range(const lanes::ShearedRay& s, const lanes::Edges& e,
+                                 const HitRange& range, const TriangleCorners& t, Mask hits,
+                                 lanes::TriangleHit& hit) {
+    const Mask rough = hits & lanes::is_rough(hit);
+    if (HWY_UNLIKELY(!none(rough))) {
+        const Mask asked = rough & lanes::may_be_in_range(hit, range.tnear, range.tfar);
+        if (!none(asked)) refine_hits(s, e, t, asked, hit);
+        hits = and_not(rough, hits) | asked;
+    }
+    return hits & lanes::is_in_range(hit.t, range.tnear, range.tfar);
+}
+
 /// The exact path of intersect_triangle, or of cross_triangle.
 HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, const HitRange& range,
-                                  const TriangleCorners& t, lanes::TriangleHit& hit) {
+                                  const TriangleCorners& t, Mask possible,
+                                  lanes::TriangleHit& hit) {
     const lanes::Float3 a = lanes::rotate_axes(t.a, s.axis);
     const lanes::Float3 b = lanes::rotate_axes(t.b, s.axis);
     const lanes::Float3 c = lanes::rotate_axes(t.c, s.axis);
@@ -41,8 +67,7 @@ HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, const HitRange& ra
     const lanes::Edges e = lanes::exact_edges(pa, pb, pc);
     Mask hits = lanes::exact_hit(s, e, pa.z, pb.z, pc.z, hit);
     if (range.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
-    return hits & lanes::is_in_range(hit.t, range.tnear, range.tfar) &
-           lanes::finite_vertices(a, b, c);
+    return refined_in_range(s, e, range, t, hits & possible, hit);
 }
 
 HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) {
@@ -63,12 +88,11 @@ HWY_INLINE Mask decide_hits(const lanes::ShearedRay& s, const FastTriangle& fast
                             lanes::TriangleHit& hit) {
     const Mask is_certain = lanes::weighted_hit(s, fast.edges, fast.za, fast.zb, fast.zc, hit);
     const Mask is_hit = lanes::surely_inside(s, fast.edges) & is_certain;
-    Mask hits = possible & is_hit & lanes::is_in_range(hit.t, range.tnear, range.tfar);
+    Mask hits = refined_in_range(s, fast.edges, range, t, possible & is_hit, hit);
     const Mask uncertain = and_not(is_hit, possible);
     if (!none(uncertain)) {
         lanes::TriangleHit exact;
-        const Mask exact_hits = intersect_exactly(s, range, t, exact);
-        hits = hits | (uncertain & exact_hits);
+        hits = hits | intersect_exactly(s, range, t, uncertain, exact);
         hit.t = select(uncertain, exact.t, hit.t);
         hit.u = select(uncertain, exact.u, hit.u);
         hit.v = select(uncertain, exact.v, hit.v);
@@ -103,11 +127,17 @@ HWY_INLINE void gather_corners(const float* values, UintVec packed, FloatVec out
 /// goes through in front of its origin: the hits of weighted_hit() with edge functions from
 /// fast_edges(), in fewer operations. Checked: lab/proofs/fast_hits.g.
 struct FastHits {
+    static constexpr float kErrorRounding = 0x1p-10f;
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
     FloatVec size[3];
     /// Which triangles have all vertices in front of the origin.
     Mask is_ahead;
+    /// The error of t: spread over the sum of edge functions, and rounding.
+    FloatVec spread, rounding;
+    FloatVec range;
+    /// Set by weigh(): the error of t, up to kErrorRounding of itself, and what is allowed.
+    FloatVec error, allowed;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
     /// Returns the rays for which the rule takes its fast path if the sign of their z is certain.
@@ -130,6 +160,9 @@ struct FastHits {
                                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
         const FloatVec bound = r * mul_add(splat(2.0f), r, m);
         const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
+        range = depth_range;
+        spread = splat(6.0f) * bound * depth_range;
+        rounding = splat(kHitRounding) * (depth_range + depth_size());
         // The exact functions have one sign, and so have these where they exceed their bound.
         const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
         // All z are positive, and their range is less than the farthest: the sign is certain.
@@ -139,7 +172,7 @@ struct FastHits {
 
     /// Sets t, u and v, and returns z. scaled_weight() drops nothing here: functions that suffice
     /// exceed the bound, and so 2^-20 m^2, and their sum is at most 2 m^2.
-    HWY_INLINE FloatVec weigh(FloatVec& t, FloatVec& u, FloatVec& v) const {
+    HWY_INLINE FloatVec weigh(FloatVec& t, FloatVec& u, FloatVec& v) {
         const FloatVec scale = lanes::rcp_of_positive(sum());
         u = size[1] * scale;
         v = size[2] * scale;
@@ -147,6 +180,8 @@ struct FastHits {
         const FloatVec weighted = wa * z[0] + u * z[1] + v * z[2];
         const FloatVec mean = lanes::lesser(lanes::greater(weighted, nearest()), farthest());
         t = mean * lanes::rcp_of_positive(dz);
+        error = mul_add(spread, scale, rounding);
+        allowed = lanes::allowed_error(range, mean, t);
         return mean;
     }
 

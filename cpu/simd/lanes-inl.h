@@ -12,6 +12,7 @@
 #include "common/interop/camera.h"
 #include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
+#include "common/interop/pairs.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
 #include "common/interop/tie_break_rule.h"
@@ -102,6 +103,7 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 // Each once more, after what it uses.
 // clang-format off
 #include "common/interop/arithmetic.h"
+#include "common/interop/pairs.h"
 #include "common/interop/slab.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/tie_break_rule.h"

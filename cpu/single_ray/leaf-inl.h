@@ -13,6 +13,7 @@
 #include <bit>
 
 #include "cpu/simd/hit_rule-inl.h"
+#include "cpu/simd/triangle_plane.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -264,13 +265,9 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
 // triangle that a secondary ray starts from. The fast path answers where it is certain, the exact
 // path for the other triangles.
 
-#if HWY_TARGET == HWY_SCALAR
-
-/// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
-/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, class Visit>
-HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
-                               const Leaf& leaf, Visit visit) {
+/// What the rule says of a ray and the triangle in a slot of a leaf.
+HWY_NOINLINE inline bool intersect_slot(const RayStream& stream, std::size_t ray, float tfar,
+                                        const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
     ShearedRay s;
     for (int k = 0; k < 3; ++k) {
         s.org[k] = stream.sheared_org[k][ray];
@@ -278,17 +275,25 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     }
     s.axis = stream.axis[ray];
     s.depth_slack = stream.depth_slack[ray];
+    const vec3 a = leaf_position(leaf, slot, 0);
+    const vec3 b = leaf_position(leaf, slot, 1);
+    const vec3 c = leaf_position(leaf, slot, 2);
+    return stream.crossing == Crossing::kOwner
+               ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
+               : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
+}
+
+#if HWY_TARGET == HWY_SCALAR
+
+/// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
+/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit>
+HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
+                               const Leaf& leaf, Visit visit) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     for (std::uint32_t slot = 0; slot < count; ++slot) {
-        const vec3 a = leaf_position(leaf, slot, 0);
-        const vec3 b = leaf_position(leaf, slot, 1);
-        const vec3 c = leaf_position(leaf, slot, 2);
         TriangleHit hit;
-        if (!may_hit_triangle(s, a, b, c)) continue;
-        const bool is_hit = stream.crossing == Crossing::kOwner
-                                ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
-                                : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
-        if (is_hit && visit(slot, hit)) return true;
+        if (intersect_slot(stream, ray, tfar, leaf, slot, hit) && visit(slot, hit)) return true;
     }
     return false;
 }
@@ -341,6 +346,7 @@ HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, Fil
     t.zc = points.z.look_up(at.c);
     lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
     t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
+    t.edges.real_bound = t.edges.bound;
 }
 
 HWY_INLINE Mask used_lanes(UintVec local_vertices, std::size_t v) {
@@ -351,6 +357,37 @@ HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at)
     VertexValues x;
     for (std::size_t v = 0; v < kVectors; ++v) x.set(v, vertices.x[v]);
     return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
+}
+
+/// Whether a rough hit of the triangle in a slot, which the ray surely goes through, counts;
+/// refines it.
+HWY_NOINLINE inline bool refine_slot(const RayStream& stream, std::size_t ray, float tfar,
+                                     const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
+    const auto rotated = [&](uint i) {
+        return rotate_axes(leaf_position(leaf, slot, i), stream.axis[ray]);
+    };
+    const auto of_ray = [&](const auto& v) { return vec3(v[0][ray], v[1][ray], v[2][ray]); };
+    const vec3 a = rotated(0), b = rotated(1), c = rotated(2);
+    if (!finite_vertices(a, b, c)) return false;
+    const TrianglePlane plane(of_ray(stream.sheared_org), a, b, c);
+    return plane.place(of_ray(stream.sheared_dir), hit)
+               ? is_in_range(hit.t, stream.tnear[ray], tfar)
+               : intersect_slot(stream, ray, tfar, leaf, slot, hit);
+}
+
+/// Calls visit(slot, hit) for the triangles in these lanes of vector v that count by
+/// test(stream, ray, tfar, leaf, slot, hit), one after the other, until it returns true; whether it
+/// did.
+template <class Test, class Visit>
+HWY_INLINE bool visit_slots(const RayStream& stream, std::size_t ray, float tfar, const Leaf& leaf,
+                            std::size_t v, std::uint32_t asked, Test test, Visit& visit) {
+    for (; asked != 0; asked &= asked - 1) {
+        const auto first = static_cast<std::uint32_t>(v * kLanes);
+        const std::uint32_t slot = slot_of_lane(first + first_bit(asked));
+        TriangleHit hit;
+        if (test(stream, ray, tfar, leaf, slot, hit) && visit(slot, hit)) return true;
+    }
+    return false;
 }
 
 /// Calls visit(slot, hit) for these lanes of vector v until it returns true; whether it did.
@@ -364,7 +401,7 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
     for (std::uint32_t bits = bits_of(visited); bits != 0; bits &= bits - 1) {
         const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
         const auto first = static_cast<std::uint32_t>(v * kLanes);
-        if (visit(slot_of_lane(first + i), TriangleHit{t[i], u[i], w[i]})) return true;
+        if (visit(slot_of_lane(first + i), TriangleHit{t[i], u[i], w[i], 0, 0})) return true;
     }
     return false;
 }
@@ -389,9 +426,15 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         const lanes::Edges edges = lanes::exact_edges(a, b, c);
         Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
         if (stream.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
-        hits = hits & lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        hits = hits & lanes::may_be_in_range(hit, splat(stream.tnear[ray]), splat(tfar));
         hits = hits & mask_of(bits);
         if (none(hits)) continue;
+        const std::uint32_t rough = bits_of(hits & lanes::is_rough(hit));
+        if (HWY_UNLIKELY(rough != 0) &&
+            visit_slots(stream, ray, tfar, leaf, v, rough, intersect_slot, visit))
+            return true;
+        hits = and_not(mask_of(rough), hits) &
+               lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         if (visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) return true;
     }
     return false;
@@ -432,18 +475,22 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
 }
 
 struct FilteredHits {
-    Mask certain, uncertain;
+    Mask certain, rough, uncertain;
 };
 
-/// The triangles among `possible` that the fast path finds hit no later than tfar, and those that
-/// it leaves to the exact path.
+/// The triangles among `possible` that the fast path finds hit no later than tfar, those whose hit
+/// is rough, and those that it leaves to the exact path.
 HWY_INLINE FilteredHits filtered_hits(const RayStream& stream, std::size_t ray, float tfar,
                                       const lanes::ShearedRay& s, const FilteredTriangles& t,
                                       Mask possible, lanes::TriangleHit& hit) {
     const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
     const Mask is_hit = is_certain & lanes::surely_inside(s, t.edges);
-    const Mask reached = lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
-    return {possible & is_hit & reached, and_not(is_hit, possible)};
+    const Mask is_rough = lanes::is_rough(hit);
+    const FloatVec tnear = splat(stream.tnear[ray]);
+    const Mask reached = and_not(is_rough, lanes::is_in_range(hit.t, tnear, splat(tfar)));
+    return {possible & is_hit & reached,
+            possible & is_hit & is_rough & lanes::may_be_in_range(hit, tnear, splat(tfar)),
+            and_not(is_hit, possible)};
 }
 
 /// filtered_hits() up to the ray's tfar. Few leaves need it; inlined, it would spill registers in
@@ -467,6 +514,10 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         lanes::TriangleHit hit;
         const FilteredHits hits = filtered_hits(stream, ray, tfar, s, t, possible, hit);
         uncertain |= bits_of(hits.uncertain) << (v * kLanes);
+        const std::uint32_t rough = bits_of(hits.rough);
+        if (HWY_UNLIKELY(rough != 0) &&
+            visit_slots(stream, ray, tfar, leaf, v, rough, refine_slot, visit))
+            return true;
         return !none(hits.certain) &&
                visit_lanes(v, hits.certain & finite_lanes(vertices, at), hit, visit);
     };
@@ -489,7 +540,10 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
         const FilteredTriangles copy = t;
         const FilteredHits hits = filtered_occluders(stream, ray, copy, possible);
         uncertain |= bits_of(hits.uncertain) << (v * kLanes);
-        return !none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at));
+        if (!none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at))) return true;
+        const auto any = [](std::uint32_t, const TriangleHit&) { return true; };
+        return !none(hits.rough) && visit_slots(stream, ray, stream.tfar[ray], leaf, v,
+                                                bits_of(hits.rough), refine_slot, any);
     };
     if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
         return true;
@@ -646,6 +700,7 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_ra
         sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
     lanes::measure_depth(a.z, b.z, c.z, e);
     e.bound = lanes::edge_bound(m, e.depth_size);
+    e.real_bound = e.bound;
     const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
     const Mask possible = rays.active & lanes::may_be_inside(e) & may_be_ahead(e, depth);
     if (none(possible)) return;
@@ -804,7 +859,7 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
             if (finite_coordinates(leaf.vertex[a].x, leaf.vertex[b].x, leaf.vertex[c].x)) {
                 const FloatVec za = p.z[a], zb = p.z[b], zc = p.z[c];
                 const FloatVec range_of_z = max3(za, zb, zc) - min3(za, zb, zc);
-                const lanes::Edges e{u, v, w, p.bound, range_of_z, largest_z};
+                const lanes::Edges e{u, v, w, p.bound, range_of_z, largest_z, p.bound};
                 const DepthSum depth = depth_sum(e, za, zb, zc, dz);
                 const std::uint32_t certain =
                     bits_of(certain_occluders(e, depth, range)) & possible;

@@ -39,7 +39,7 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!is_hit) return 0u;
     if ((args.flags & kQueryCount) != 0u) {
         answer.x += 1u + count_repeats(prim_id);
-        if (may_touch_border(hit)) answer.x |= kCountTouches;
+        if (may_touch_border(hit.u, hit.v)) answer.x |= kCountTouches;
         return kRepeatsSteps;
     }
     // The lowest of the equal triangles that counts.

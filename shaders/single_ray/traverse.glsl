@@ -27,7 +27,7 @@ struct Traversal {
 };
 
 Traversal begin_traversal(Ray ray) {
-    return Traversal(0u, 0u, kNoPrim, TriangleHit(ray.tfar, 0.0f, 0.0f), 0u);
+    return Traversal(0u, 0u, kNoPrim, TriangleHit(ray.tfar, 0.0f, 0.0f, 0.0f, 0.0f), 0u);
 }
 
 bool finished(Traversal t) { return t.current == kEmptyChild; }
@@ -209,8 +209,9 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
             // Triangles that reach behind the origin are not sure: there the fast path may not hold.
             bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
             TriangleHit hit;
-            bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)
-                                  : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+            bool is_hit = is_sure && fast_hit(ray, sheared, a, b, c, hit);
+            if (!is_sure || is_rough(hit))
+                is_hit = intersect_triangle(sheared, ray.tnear, t.best.t, a, b, c, hit);
             if (is_hit) take_hit(t, hit, leaf_prim(at, i));
         }
     }

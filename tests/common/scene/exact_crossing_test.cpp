@@ -143,7 +143,7 @@ TEST(MayTouchBorder, IsTrueWhereverAnEdgeFunctionIsZero) {
                                             project(sheared, scene.positions()[t.z]));
                 if (e.u != 0 && e.v != 0 && e.w != 0) continue;
                 ++touching;
-                EXPECT_TRUE(may_touch_border({hit.t, hit.u, hit.v})) << named.name;
+                EXPECT_TRUE(may_touch_border(hit.u, hit.v)) << named.name;
             }
         }
     }
