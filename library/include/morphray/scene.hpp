@@ -150,9 +150,11 @@ struct EdgeCounts {
     /// nothing. Triangles of the same direction are no twins: the surface winds twice there.
     std::uint64_t twins = 0;
 
-    /// True if inside, winding and the sign of distances are those of a solid. If all triangles are
-    /// twins, that is a solid without an inside.
-    bool is_closed() const { return uneven == 0; }
+    /// True if inside by the rule, the sign of distances and, for nonzero, winding are those of a
+    /// solid. If all triangles are twins, that is a solid without an inside.
+    bool is_closed(FillRule rule = FillRule::nonzero) const {
+        return uneven == (rule == FillRule::odd ? turned : 0);
+    }
     bool operator==(const EdgeCounts&) const = default;
 };
 

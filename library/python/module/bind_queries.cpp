@@ -190,6 +190,7 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
 py::array winding(PyScene& scene, const py::object& points, const py::object& out,
                   const py::object& visible, const py::object& excluded, const py::object& threads,
                   Cancel* cancel) {
+    scene.warn_if_open({});
     return answer_points<std::int32_t>(
         scene, points, out, py::dtype::of<std::int32_t>(),
         {{}, visible, excluded, threads_named(threads), cancel},
@@ -202,6 +203,7 @@ py::array contains(PyScene& scene, const py::object& points, const py::object& o
                    const py::object& rule, const py::object& visible, const py::object& excluded,
                    const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
+    scene.warn_if_open(fill);
     return answer_points<std::uint8_t>(
         scene, points, out, py::dtype::of<bool>(),
         {{}, visible, excluded, threads_named(threads), cancel},
@@ -250,6 +252,7 @@ py::array signed_distance(PyScene& scene, const py::object& points, const py::ob
                           const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
+    scene.warn_if_open(fill);
     return answer_points<float>(
         scene, points, out, py::dtype::of<float>(),
         {{}, visible, excluded, threads_named(threads), cancel},

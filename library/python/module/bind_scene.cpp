@@ -356,8 +356,9 @@ void bind_update(py::module_& module) {
                       "Edges that are run through more often in one direction.")
         .def_readonly("twins", &EdgeCounts::twins,
                       "Triangles of which another has the same places in the opposite direction.")
-        .def_property_readonly("is_closed", &EdgeCounts::is_closed,
-                               "True if inside and winding are those of a solid.")
+        .def_property_readonly(
+            "is_closed", [](const EdgeCounts& edges) { return edges.is_closed(); },
+            "True if inside and winding are those of a solid.")
         .def("__repr__", [](const EdgeCounts& edges) {
             return fmt::format("<morphray.EdgeCounts {} open, {} shared, {} turned, {} twins>",
                                edges.open, edges.shared, edges.turned, edges.twins);
