@@ -446,6 +446,57 @@ TEST_P(Reports, AFarVertexThatNoTriangleUsesOrThatIsOfAnotherMeshChangesNoBit) {
     EXPECT_EQ(both.last_update().left_out[0].too_far, 4u);
 }
 
+TEST_P(Reports, AMeshFarAwayHidesNoOther) {
+    const std::vector<Ray> rays = {ray({0.25f, 0.25f, 1}, {0, 0, -1})};
+    const std::vector<Hit> expected = hits_of(build(triangle(1)), rays);
+    for (const float far : {1e18f, 1e20f, 1e37f}) {
+        UserMesh away = triangle(1);
+        for (Vec3& p : away.points) p = {p.x + far, p.y + far, p.z};
+        const UserMesh large(torus(24, 12));
+        UserMesh large_away = large;
+        for (Vec3& p : large_away.points) p.x += far;
+        for (const auto& [meshes, near] : {std::pair(std::vector{triangle(1), away}, 0u),
+                                           {std::vector{away, triangle(1)}, 1u},
+                                           {std::vector{triangle(1), large_away}, 0u}}) {
+            const Scene scene = build(meshes);
+            EXPECT_EQ(scene.intersect(rays[0]).t, expected[0].t) << far;
+            EXPECT_EQ(scene.intersect(rays[0]).geom_id, near);
+            ASSERT_EQ(scene.last_update().left_out.size(), 1u);
+            EXPECT_EQ(scene.last_update().left_out[0].geom_id, 1 - near);
+            EXPECT_EQ(scene.last_update().left_out[0].too_far, meshes[1 - near].points.size());
+        }
+        // A pose, and a mesh that comes later.
+        Scene scene = build({triangle(1), large});
+        morphray::Transform thrown;
+        thrown.rows[0][3] = far;
+        EXPECT_EQ(scene.update(1, thrown).left_out.size(), 1u);
+        EXPECT_EQ(hits_of(scene, rays), expected) << far;
+        scene.attach(large_away.view(false));
+        EXPECT_EQ(scene.update().left_out.size(), 2u);
+        EXPECT_EQ(hits_of(scene, rays), expected) << far;
+    }
+    // Near enough for both.
+    UserMesh away = triangle(1);
+    for (Vec3& p : away.points) p.x += 1e15f;
+    const Scene both = build({triangle(1), away});
+    EXPECT_EQ(hits_of(both, rays), expected);
+    EXPECT_TRUE(both.last_update().left_out.empty());
+}
+
+TEST_P(Reports, ATriangleThatIsTooSmallIsTold) {
+    for (const auto& [side, count] : {std::pair(0x1p-56f, 0u), {0x1p-60f, 1u}, {0x1p-100f, 1u}}) {
+        UserMesh mesh = triangle(side);
+        mesh.points.insert(mesh.points.end(), {{4, 0, 0}, {5, 0, 0}, {4, 1, 0}, {4, 1, 0}});
+        // The last two have no area anyhow.
+        mesh.triangles.insert(mesh.triangles.end(), {3, 4, 5, 0, 0, 1, 4, 5, 6});
+        const Scene scene = build(mesh);
+        EXPECT_EQ(scene.last_update().left_out.size(), count) << side;
+        if (count > 0) {
+            EXPECT_EQ(scene.last_update().left_out[0].too_small, count);
+        }
+    }
+}
+
 bool is_inside(const Scene& scene, Vec3 point, FillRule rule = FillRule::nonzero) {
     std::uint8_t inside = 0;
     scene.contains(std::span(&point, 1), std::span(&inside, 1), rule);

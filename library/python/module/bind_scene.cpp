@@ -337,15 +337,19 @@ void bind_update(py::module_& module) {
         .def("__repr__", [](const Update& update) {
             return fmt::format("<morphray.Update {}: {}>", to_string(update.step), update.reason);
         });
-    py::class_<LeftOut>(module, "LeftOut",
-                        "Points of a mesh whose triangles are not hit at this pose.")
+    py::class_<LeftOut>(
+        module, "LeftOut",
+        "Points of a mesh whose triangles are not hit at this pose, and such triangles.")
         .def_readonly("geom_id", &LeftOut::geom_id)
         .def_readonly("not_finite", &LeftOut::not_finite, "NaN, infinite, or beyond float32.")
         .def_readonly("too_far", &LeftOut::too_far,
                       "Outside the bounds, and 2^37 times as far from the origin as most.")
+        .def_readonly("too_small", &LeftOut::too_small,
+                      "Triangles whose area is lost in the steps of 2^-60 of the scene's size.")
         .def("__repr__", [](const LeftOut& mesh) {
-            return fmt::format("<morphray.LeftOut mesh {}: {} not finite, {} too far>",
-                               mesh.geom_id, mesh.not_finite, mesh.too_far);
+            return fmt::format(
+                "<morphray.LeftOut mesh {}: {} not finite, {} too far, {} too small>", mesh.geom_id,
+                mesh.not_finite, mesh.too_far, mesh.too_small);
         });
     py::class_<EdgeCounts>(module, "EdgeCounts", "Of Scene.edge_counts().")
         .def_readonly("open", &EdgeCounts::open, "Edges of one triangle.")

@@ -187,10 +187,13 @@ void PyScene::warn_of_points(const Update& update) {
     }
     for (const LeftOut& mesh : update.left_out) {
         if (!warned_of_left_out_.insert(mesh.geom_id).second) continue;
-        warn(
-            fmt::format("points of mesh {}: {} are not finite and {} too far from all others; "
-                        "their triangles are never hit (Update.left_out)",
-                        mesh.geom_id, mesh.not_finite, mesh.too_far));
+        warn(fmt::format(
+            "points of mesh {}: {} are not finite and {} too far from all others{}; "
+            "their triangles are never hit (Update.left_out)",
+            mesh.geom_id, mesh.not_finite, mesh.too_far,
+            mesh.too_small == 0
+                ? ""
+                : fmt::format(", and {} triangles too small beside the scene", mesh.too_small)));
     }
 }
 
