@@ -109,6 +109,21 @@ TEST(Trace, BinaryRaysAnswerLikeText) {
     }
 }
 
+TEST(Trace, NoTriangleThatDoesNotExistIsLeftOut) {
+    const std::string rays = "0.25 0.25 2 0 0 -1\n0.25 0.25 2 0 0 -1 0 inf 1\n";
+    const Outcome refused = trace(unit_triangle(), rays);
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_TRUE(has(refused.err, "ray 1, counted from 0, leaves out triangle 1, but there are 1"));
+}
+
+TEST(Trace, WarnsOfTrianglesThatAreTooSmall) {
+    const Outcome outcome = trace(
+        "v 0 0 0\nv 8.67e-19 0 0\nv 0 8.67e-19 0\nv 4 0 0\nv 5 0 0\nv 4 1 0\nf 4 5 6\nf 1 2 3\n",
+        "4.25 0.25 1 0 0 -1\n");
+    EXPECT_EQ(outcome.out, "H 1 0 0.25 0.25\n");
+    EXPECT_TRUE(has(outcome.err, "1 of 2 triangles are never hit")) << outcome.err;
+}
+
 TEST(Trace, FloatsPrintedWithNineDigitsComeBackAsThemselves) {
     // 148376.5625 is a float, and prints as 148376.562.
     const Outcome outcome =

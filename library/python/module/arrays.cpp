@@ -341,7 +341,9 @@ QueryArray hit_array_of(const py::object& object) {
 
 std::optional<std::vector<std::uint8_t>> visible_of(const py::object& object) {
     if (object.is_none()) return {};
-    const py::array array = require<bool>(object, "visible", "bool");
+    const py::array array = array_of(object, "visible");
+    // [] is an array of float64.
+    if (array.size() > 0 && !has_dtype<bool>(array)) throw_dtype(array, "visible", "bool");
     if (array.ndim() != 1) throw_shape(array, "visible", "(G,)");
     const py::array packed = contiguous(array, 1);
     const auto* const flags = static_cast<const std::uint8_t*>(packed.data());

@@ -77,7 +77,9 @@ template <class Work>
 void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
               bool in_one_batch, Work work) {
     const QuerySettings settings{keywords, rays};
-    const std::size_t size = in_one_batch ? rays.count : batch_size(rays, keywords.coherence);
+    // In one batch errors of `excluded` have the number of the ray.
+    const std::size_t size =
+        in_one_batch || settings.excluded ? rays.count : batch_size(rays, keywords.coherence);
     scene.query(rays.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
         for_each_batch(rays, size, [&](std::size_t first, std::span<const Ray> batch) {
             work(asked, first, batch, settings.of(first, batch.size(), cancelled));
@@ -279,7 +281,7 @@ coherence: for speed alone: "none"; "sort" for rays in any order; or the width o
 visible: (G,) bool, one for each geom_id up to the highest: the meshes that exist for the call. None: all
 excluded: (N,) hit_dtype or closest_dtype, or (N, 2) integers, geom_id and prim_id: for each ray a triangle
       that it leaves out, such as that on which it starts; with a prim_id of -1 all of the mesh, such as the
-      body that carries a sensor. None: none
+      body that carries a sensor; two times -1, as a miss has: nothing. None: none
 threads: "all" of the device, or that which is "calling"
 cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 

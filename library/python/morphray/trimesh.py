@@ -379,7 +379,7 @@ class RayMeshIntersector:
             if excluded.shape != origins.shape[:1]:
                 raise ValueError(f"excluded: a shape of ({len(origins)},) is needed, not "
                                  f"{excluded.shape}")
-            excluded = np.stack([np.zeros_like(excluded), excluded], axis=-1)
+            excluded = np.stack([np.where(excluded == -1, -1, 0), excluded], axis=-1)
         self._followed.update()
         rays = self._cast_from(origins, directions)
         if multiple_hits:

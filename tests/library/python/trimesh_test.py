@@ -45,6 +45,7 @@ def test_rays_hit_triangles():
     first = rays.intersects_first(*UP)
     assert rays.intersects_first(*UP, excluded=first).tolist() == [triangles[1], -1, -1]
     assert rays.intersects_id(*UP, excluded=first)[0].tolist() == [triangles[1]]
+    assert rays.intersects_any(*UP, excluded=[-1, -1, -1]).tolist() == [True, True, False]
     with pytest.raises(ValueError, match="excluded: a shape of"):
         rays.intersects_any(*UP, excluded=[1])
     with pytest.raises(ValueError, match="ray_origins: elements of the array are masked"):
