@@ -406,7 +406,7 @@ points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.
            (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list is
            copied: later poses are given to update(). Triangles with points that are NaN or infinite are
            never hit.
-triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
+triangles: (T, 3) integers of any type, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
            with geom_ids 0, 1, ... in order.
 device:    a Device, "cpu", "vulkan" or "brute"

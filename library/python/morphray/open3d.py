@@ -101,7 +101,7 @@ class RaycastingScene:
         """Adds a mesh, which is copied, and returns its geometry ID: 0, 1, ... in order.
 
         vertex_positions: (V, 3) float32; or, alone, a TriangleMesh of o3d.t.geometry
-        triangle_indices: (T, 3) uint32, int32, uint64 or int64
+        triangle_indices: (T, 3) integers
         """
         if triangle_indices is None:
             mesh = vertex_positions

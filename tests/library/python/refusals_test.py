@@ -43,11 +43,11 @@ def test_bad_points(points, error, reason):
 
 @pytest.mark.parametrize("triangles, error, reason", [
     ("012", TypeError, "triangles: a numpy.ndarray is needed, not str"),
-    (TRIANGLES.astype(np.float32), TypeError, "dtype uint32, int32, uint64 or int64"),
-    (TRIANGLES.astype(">u4"), TypeError, "native byte order"),
+    (TRIANGLES.astype(np.float32), TypeError, "integers are needed, not <f4"),
+    (TRIANGLES.astype(bool), TypeError, "integers are needed, not |b1"),
     (TRIANGLES.ravel(), ValueError, r"a shape of \(T, 3\) is needed, not \(3,\)"),
     (np.array([[0, 1, 3]], np.uint32), morphray.Error, "triangle 0 has vertex 3"),
-    (np.array([[0, 1, 2], [0, -1, 2]]), morphray.Error, "triangle 1 has vertex -1"),
+    (np.array([[0, 1, 2], [0, -1, 2]], np.int8), morphray.Error, "triangle 1 has vertex -1"),
     (np.array([[0, 1, 2**32]]), morphray.Error, "triangle 0 has vertex 4294967296"),
     (np.ma.masked_equal(TRIANGLES, 2), ValueError, "triangles: elements of the array are masked"),
 ])
