@@ -55,6 +55,18 @@ def _rows(array, name):
     return rows
 
 
+def _key_of(mesh):
+    """What changes with the mesh: its hash if its class has one, else what the cache of a trimesh
+    holds for it; None for other meshes."""
+    if type(mesh).__hash__ not in (None, object.__hash__):
+        return hash(mesh)
+    cache = getattr(mesh, "_cache", None)
+    if not hasattr(cache, "verify"):
+        return None
+    cache.verify()
+    return getattr(cache, "id_current", None)
+
+
 def _faces_of(mesh):
     faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
@@ -166,21 +178,27 @@ class _MeshScene:
         self.__init__(*state)
 
     def update(self):
-        """Brings all members to the mesh. A hash of its class, as trimesh's have, tells whether it has
-        changed; otherwise the arrays are compared."""
-        has_hash = type(self.mesh).__hash__ not in (None, object.__hash__)
+        """Brings all members to the mesh. _key_of() tells whether it has changed; without a key the
+        arrays are compared."""
         with self._lock:
-            key = hash(self.mesh) if has_hash else None
+            key = _key_of(self.mesh)
             if key is not None and key == self._key:
                 return
             try:
-                vertices = _rows(np.array(self.mesh.vertices, subok=True), "vertices")
-                self._read(vertices, _faces_of(self.mesh))
+                if self.scene is None or not self._is_same():
+                    # A copy, whose rows are read in place.
+                    vertices = np.array(self.mesh.vertices, order="C", subok=True)
+                    self._read(_rows(vertices, "vertices"), _faces_of(self.mesh))
             except BaseException:
                 # Members may be of two poses. The next query builds anew.
                 self.scene = self._key = None
                 raise
             self._key = key
+
+    def _is_same(self):
+        """Whether the arrays have not changed, as far as this is quick to find."""
+        return (np.array_equal(self.mesh.vertices, self.vertices)
+                and np.array_equal(self.mesh.faces, self.faces))
 
     def _read(self, vertices, faces):
         same_faces = self.scene is not None and np.array_equal(faces, self.faces)

@@ -16,6 +16,22 @@ class Mesh:
         self.faces = faces
 
 
+class CachedMesh(Mesh):
+    """With a cache that knows a hash of its contents, as trimesh.Trimesh has."""
+
+    def __init__(self, vertices, faces):
+        super().__init__(vertices, faces)
+        self._cache = self
+
+    def verify(self):
+        self.id_current = hash(self.vertices.tobytes())
+
+
+class FortranMesh(Mesh):
+    def __setattr__(self, name, array):
+        super().__setattr__(name, np.asfortranarray(array))
+
+
 class HashedMesh(Mesh):
     """With a hash of its contents, as trimesh.Trimesh has."""
 
@@ -193,7 +209,7 @@ def test_no_point_outside_of_the_bounds_is_inside_a_mesh_with_holes():
     assert not rays.contains_points([[0.5, 0.4, -0.5], [0.5, 0.4, 1.5]]).any()
 
 
-@pytest.mark.parametrize("mesh_class", [Mesh, HashedMesh])
+@pytest.mark.parametrize("mesh_class", [Mesh, HashedMesh, CachedMesh, FortranMesh])
 def test_a_mesh_that_changes_is_followed(mesh_class):
     mesh = mesh_class(*cube())
     rays, nearest = queries(mesh)
