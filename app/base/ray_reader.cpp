@@ -146,115 +146,74 @@ std::vector<WorldRay> rays_of_bytes(const std::string& name, std::string_view by
 constexpr std::string_view kNpyMagic = "\x93NUMPY";
 constexpr std::string_view kZipMagic = "PK\x03\x04";
 
-/// An array that numpy.save() has written (NumPy Enhancement Proposal 1).
-class NpyArray {
-public:
-    /// `wanted` ends the messages. The views must outlive the object. Throws Error(kBadInput).
-    NpyArray(std::string name, std::string_view bytes, std::string_view wanted)
-        : name_(std::move(name)), wanted_(wanted) {
-        constexpr std::size_t kVersionAt = 6;
-        constexpr std::size_t kLengthAt = 8;
-        constexpr std::size_t kShortHead = 10;
-        constexpr std::size_t kLongHead = 12;
-        if (bytes.size() < kLongHead) fail("the .npy file is cut");
-        const std::size_t head = bytes[kVersionAt] == 1 ? kShortHead : kLongHead;
-        std::uint32_t length = 0;
-        std::memcpy(&length, bytes.data() + kLengthAt, head - kLengthAt);
-        if (length > bytes.size() - head) fail("the .npy file is cut");
-        std::string form(bytes.substr(head, length));
-        std::erase(form, ' ');
-        bytes_ = bytes.substr(head + length);
-        const auto after = [&form](std::string_view key) {
-            const std::size_t at = form.find(key);
-            return at == std::string::npos ? std::string_view()
-                                           : std::string_view(form).substr(at + key.size());
-        };
-        const std::string_view dtype = after("'descr':");
-        dtype_ = dtype.substr(0, dtype.find(",'fortran_order'"));
-        is_fortran_ = after("'fortran_order':").starts_with("True");
-        const std::string_view shape = after("'shape':(");
-        shape_text_ = shape.substr(0, shape.find(')'));
-        const char* const end = shape_text_.data() + shape_text_.size();
-        for (const char* at = shape_text_.data(); at < end; ++at) {
-            at = std::from_chars(at, end, shape_.emplace_back()).ptr;
-            if (at != end && *at != ',') fail("the head of the .npy file is damaged");
-        }
-    }
-
-    const std::string& dtype() const { return dtype_; }
-    const std::vector<std::uint64_t>& shape() const { return shape_; }
-    [[noreturn]] void fail(std::string_view what) const {
-        throw Error(ErrorKind::kBadInput, "{}: {}; save {}", name_, what, wanted_);
-    }
-    [[noreturn]] void refuse() const {
-        fail(
-            fmt::format("the .npy file has {} of shape ({})", escape(dtype_), escape(shape_text_)));
-    }
-
-    /// Calls visit(bytes) for each item of `size` bytes, with the last axis varying first.
-    template <class Visit>
-    void for_each(std::size_t size, Visit visit) const {
-        std::uint64_t count = 1;
-        for (const std::uint64_t side : shape_) {
-            if (side != 0 && count > bytes_.size() / side) fail_size();
-            count *= side;
-        }
-        if (count * size != bytes_.size()) fail_size();
-        for (std::uint64_t i = 0; i < count; ++i) {
-            std::uint64_t at = i;
-            if (is_fortran_) {
-                std::uint64_t rest = i;
-                std::uint64_t step = count;
-                at = 0;
-                for (auto side = shape_.rbegin(); side != shape_.rend(); ++side) {
-                    step /= *side;
-                    at += rest % *side * step;
-                    rest /= *side;
-                }
-            }
-            visit(bytes_.data() + at * size);
-        }
-    }
-
-    /// The numbers of an array of float32 or float64 whose last axis has one of these sizes.
-    std::vector<double> numbers(std::initializer_list<std::uint64_t> columns) const {
-        const bool is_double = dtype_ == "'<f8'";
-        const bool is_wanted = (is_double || dtype_ == "'<f4'") && !shape_.empty() &&
-                               std::ranges::find(columns, shape_.back()) != columns.end();
-        if (!is_wanted) refuse();
-        std::vector<double> numbers;
-        for_each(is_double ? sizeof(double) : sizeof(float), [&](const char* bytes) {
-            numbers.push_back(is_double ? number_at<double>(bytes) : number_at<float>(bytes));
-        });
-        return numbers;
-    }
-
-private:
-    [[noreturn]] void fail_size() const {
-        fail(fmt::format("the .npy file has not the bytes of its shape ({})", escape(shape_text_)));
-    }
-
-    std::string name_;
-    std::string_view wanted_;
-    std::string_view bytes_;
-    std::string dtype_;
-    std::string shape_text_;
-    bool is_fortran_ = false;
-    std::vector<std::uint64_t> shape_;
+/// The numbers of an array that numpy.save() has written (NumPy Enhancement Proposal 1), row by
+/// row.
+struct NpyRows {
+    std::vector<double> numbers;
+    std::size_t length;
 };
 
-std::vector<WorldRay> npy_rays(const std::string& name, std::string_view bytes) {
-    const NpyArray array(name, bytes,
-                         "an array of morphray.ray_dtype, or one of float32 or float64 of shape "
-                         "(..., 6) or (..., 8)");
-    if (array.dtype() == "[('org','<f4',(3,)),('tnear','<f4'),('dir','<f4',(3,)),('tfar','<f4')]") {
-        std::string rows;
-        constexpr std::size_t kRowBytes = kMostNumbers * sizeof(float);
-        array.for_each(kRowBytes, [&](const char* row) { rows.append(row, kRowBytes); });
-        return rays_of_bytes(name, rows);
+/// Rows of float32 or float64 of one of these lengths; ray_dtype is a row of 8. `wanted` ends
+/// messages.
+NpyRows read_npy(const std::string& name, std::string_view bytes,
+                 std::initializer_list<std::uint64_t> lengths, const char* wanted) {
+    const auto fail = [&](const std::string& what) {
+        throw Error(ErrorKind::kBadInput, "{}: the .npy file {}; save {}", name, what, wanted);
+    };
+    constexpr std::size_t kVersionAt = 6;
+    constexpr std::size_t kLengthAt = 8;
+    constexpr std::size_t kShortHead = 10;
+    constexpr std::size_t kLongHead = 12;
+    if (bytes.size() < kLongHead) fail("is cut");
+    const std::size_t head = bytes[kVersionAt] == 1 ? kShortHead : kLongHead;
+    std::uint32_t head_length = 0;
+    std::memcpy(&head_length, bytes.data() + kLengthAt, head - kLengthAt);
+    if (head_length > bytes.size() - head) fail("is cut");
+    std::string form(bytes.substr(head, head_length));
+    std::erase(form, ' ');
+    bytes.remove_prefix(head + head_length);
+    const auto between = [&form](std::string_view begin, std::string_view end) {
+        const std::size_t at =
+            std::min(form.find(begin), form.size() - begin.size()) + begin.size();
+        return form.substr(at, form.find(end, at) - at);
+    };
+    const std::string dtype = between("'descr':", ",'fortran_order'");
+    std::string shape = between("'shape':(", ")");
+    const std::string text = fmt::format("has {} of shape ({})", escape(dtype), escape(shape));
+    const bool is_structure =
+        dtype == "[('org','<f4',(3,)),('tnear','<f4'),('dir','<f4',(3,)),('tfar','<f4')]";
+    if (is_structure) shape += shape.ends_with(',') ? "8" : ",8";
+    const bool is_double = dtype == "'<f8'";
+    std::vector<std::uint64_t> sides;
+    const char* const end = shape.data() + shape.size();
+    for (const char* at = shape.data(); at < end; ++at)
+        at = std::from_chars(at, end, sides.emplace_back()).ptr;
+    const bool has_length = !sides.empty() && std::ranges::count(lengths, sides.back()) > 0;
+    const bool is_fortran = form.find("'fortran_order':True") != std::string::npos;
+    if (is_structure && is_fortran) fail(text + " in Fortran order");
+    if (!has_length || (!is_structure && !is_double && dtype != "'<f4'")) fail(text);
+    const std::size_t size = is_double ? sizeof(double) : sizeof(float);
+    std::uint64_t count = 1;
+    for (const std::uint64_t side : sides)
+        count = side != 0 && count > bytes.size() / side ? bytes.size() + 1 : count * side;
+    if (count * size != bytes.size()) fail(text + ", and other bytes");
+    // The distances of neighbours on each axis.
+    std::vector<std::uint64_t> steps(sides.size(), 1);
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+        const std::size_t axis = is_fortran ? i : sides.size() - 1 - i;
+        const std::size_t before = is_fortran ? axis - 1 : axis + 1;
+        steps[axis] = steps[before] * sides[before];
     }
-    std::vector<double> numbers = array.numbers({6, kMostNumbers});
-    return rays_of_rows(numbers, array.shape().back());
+    NpyRows rows{{}, sides.back()};
+    for (std::uint64_t i = 0; i < count; ++i) {
+        std::uint64_t at = 0;
+        std::uint64_t rest = i;
+        for (std::size_t axis = sides.size(); axis-- > 0; rest /= sides[axis])
+            at += rest % sides[axis] * steps[axis];
+        const char* const from = bytes.data() + at * size;
+        rows.numbers.push_back(is_double ? number_at<double>(from) : number_at<float>(from));
+    }
+    return rows;
 }
 
 /// Text, or a .npy file.
@@ -271,7 +230,12 @@ std::string read_text(const std::string& file, const char* content) {
 
 RayFile read_rays(const std::string& file, bool is_binary) {
     const std::string text = is_binary ? read_input(file, "rays") : read_text(file, "rays");
-    if (text.starts_with(kNpyMagic)) return {npy_rays(input_name(file), text)};
+    if (text.starts_with(kNpyMagic)) {
+        NpyRows rows = read_npy(input_name(file), text, {6, kMostNumbers},
+                                "an array of morphray.ray_dtype, or one of float32 or float64 of "
+                                "shape (..., 6) or (..., 8)");
+        return {rays_of_rows(rows.numbers, rows.length)};
+    }
     if (is_binary) return {rays_of_bytes(input_name(file), text)};
     NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
     RayFile read;
@@ -294,9 +258,10 @@ std::vector<glm::dvec3> read_points(const std::string& file) {
     const std::string text = read_text(file, "points");
     std::vector<glm::dvec3> points;
     if (text.starts_with(kNpyMagic)) {
-        const NpyArray array(input_name(file), text,
-                             "an array of float32 or float64 of shape (..., 3)");
-        const std::vector<double> numbers = array.numbers({3});
+        const std::vector<double> numbers =
+            read_npy(input_name(file), text, {3},
+                     "an array of float32 or float64 of shape (..., 3)")
+                .numbers;
         for (std::size_t i = 0; i < numbers.size(); i += 3)
             points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
         return points;

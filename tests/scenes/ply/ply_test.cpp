@@ -310,7 +310,7 @@ const BadFiles kBadRows = {
     {kRows + "3 0 1 2 2\n", ":13: more or fewer values than 'face' has"},
     {kRows + "1 0   \n", ":13: face of 1 corner"},
     {kRows + "0     \n", ":13: face of 0 corners"},
-    {kRows + "3 0 1\n3 2\n", ":13: more or fewer values than 'face' has"},
+    {kRows + "3 0 1\n3 2\n", ":14: vertex 3 of 3"},
 };
 
 void expect_refused(const std::string& bytes, const std::string& begin) {
