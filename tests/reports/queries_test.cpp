@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/library/scenes.h"
@@ -561,6 +562,48 @@ TEST_P(Reports, Parry76ADegenerateTriangleIsItsSegment) {
     const ClosestPoint found = closest(build(mesh), {1.10000002f, -7.9000001f, 16.5879993f});
     EXPECT_NEAR(found.distance, 0.171478327, 1e-6);
     EXPECT_NEAR(found.u + found.v, 0.4166943, 1e-6);
+}
+
+TEST_P(Reports, OfManyTrianglesThatAreEquallyFarTheLowestIsTheClosest) {
+    // A vertex of each on a sphere, at whole coordinates; the others lie outside.
+    constexpr int kRadius = 105;
+    UserMesh mesh;
+    for (int x = -kRadius; x <= kRadius; ++x) {
+        for (int y = -kRadius; y <= kRadius; ++y) {
+            for (int z = -kRadius; z <= kRadius; ++z) {
+                if (x * x + y * y + z * z != kRadius * kRadius) continue;
+                const Vec3 p = {static_cast<float>(x), static_cast<float>(y),
+                                static_cast<float>(z)};
+                const auto first = static_cast<std::uint32_t>(mesh.points.size());
+                mesh.triangles.insert(mesh.triangles.end(), {first + 1, first + 2, first});
+                mesh.points.insert(mesh.points.end(),
+                                   {p, {2 * p.x, 2 * p.y, 2 * p.z}, {2 * p.x, 3 * p.y, 2 * p.z}});
+            }
+        }
+    }
+    ASSERT_GT(mesh.triangles.size(), std::size_t{3 * 128});
+    // The same vertex twice, and one that is a little nearer.
+    UserMesh nearer = mesh;
+    nearer.points[3 * 100] = {-0x1.a3fffep+6f, 0, 0};
+    UserMesh fan;
+    fan.points = {{0, 0, 1}};
+    for (int i = 0; i < 1000; ++i) {
+        const auto angle = static_cast<float>(i);
+        fan.points.push_back({std::cos(angle), std::sin(angle), 0});
+        if (i > 0) {
+            const auto at = static_cast<std::uint32_t>(i);
+            fan.triangles.insert(fan.triangles.end(), {at, 0, at + 1});
+        }
+    }
+    for (const auto& [asked, point, prim_id, far] : {std::tuple(&mesh, Vec3{0, 0, 0}, 0u, 105.0f),
+                                                     {&nearer, {0, 0, 0}, 100u, 0x1.a3fffep+6f},
+                                                     {&fan, {0, 0, 3}, 0u, 2.0f}}) {
+        const ClosestPoint found = closest(build(*asked), point);
+        EXPECT_EQ(found.prim_id, prim_id);
+        EXPECT_EQ(found.distance, far);
+        EXPECT_EQ(found.feature, morphray::Feature::vertex);
+        EXPECT_NEAR(std::abs(distance(build(*asked), point)), far, 1e-4);
+    }
 }
 
 TEST_P(Reports, Csxcad30AHalfLineThroughTheApexCountsOnce) {
