@@ -286,8 +286,10 @@ public:
     /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
     /// without an area. The corners of a triangle are counter-clockwise as seen from where its
     /// normal points. `smooth` interpolates the normals of the corners, as lit images do, where
-    /// Appearance::smooth gives them. O(triangles) for the first smooth ones after an update.
-    /// Throws bad_argument if sizes differ or a hit is none of this scene.
+    /// Appearance::smooth gives them: means of those of their triangles, weighted by angles; a
+    /// corner more than 37 degrees off the triangle's own takes that. O(triangles) for the first
+    /// smooth ones after an update. Throws bad_argument if sizes differ or a hit is none of this
+    /// scene.
     void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a

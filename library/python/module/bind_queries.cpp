@@ -321,7 +321,8 @@ memory does not suffice.)",
 Corners are counter-clockwise as seen from where the normal points.
 
 hits:   an array of hit_dtype or closest_dtype; more axes in front are kept
-smooth: interpolate the normals of the corners, as lit images do)",
+smooth: interpolate the normals of the corners, as lit images do: means of the normals of their triangles,
+        weighted by the angles there; a corner more than 37 degrees off the triangle's own takes that)",
              arg("hits"), arg("smooth") = false)
         .def(
             "winding", &winding,
