@@ -87,8 +87,9 @@ public:
 
     /// The coordinate beyond which vertices are left out, from the least power of two that holds
     /// more than half of the vertices that are not at 0; at least the power of two that holds the
-    /// space of `reference`. If that half is 2^kLostExponent beyond the reference, where some of the
-    /// others are, that of the reference counts. The largest float if no vertex is beyond the limit.
+    /// space of `reference`. If that half is 2^kLostExponent beyond the reference, where some of
+    /// the others are, that of the reference counts. The largest float if no vertex is beyond the
+    /// limit.
     float limit(const WorldBounds& reference = {}) const;
     WorldBounds bounds(float limit) const;
     /// Counts finite vertices.
@@ -104,8 +105,8 @@ private:
     std::array<Bin, 256> bins_;
 };
 
-/// The bounds of the vertices of a first pose that are not left out. Where most are so far away that
-/// others would be lost, those near at least half of the parts, such as meshes, count instead.
+/// The bounds of the vertices of a first pose that are not left out. Where most are so far away
+/// that others would be lost, those near at least half of the parts, such as meshes, count instead.
 WorldBounds bounds_of_parts(const PoseExtent& all, std::vector<WorldBounds> parts);
 
 /// The space of a pose: that of `reference`, the bounds of an animation or scene, as long as all

@@ -20,8 +20,8 @@ public:
     /// Sets the normals: unit vectors of the sums of their triangles' unit normals times the angles
     /// of their corners there, in the order of prim_id; 0 where that is 0 (G. Thürmer, C. A.
     /// Wüthrich. Computing Vertex Normals from Polygonal Facets. JGT 3(1), 1998). Triangles without
-    /// an area or with a vertex that is not finite count as 0. Runs in the calling thread's arena; the bits do not depend on the number
-    /// of threads. O(triangles).
+    /// an area or with a vertex that is not finite count as 0. Runs in the calling thread's arena;
+    /// the bits do not depend on the number of threads. O(triangles).
     void update(std::span<const vec3> positions);
 
     std::span<const uvec3> ids() const { return ids_; }
@@ -29,8 +29,8 @@ public:
 
 private:
     std::vector<uvec3> triangles_, ids_;
-    /// The corners of normal i are users_[begins_[i]] up to users_[begins_[i + 1]]: 3 * prim_id, and
-    /// the number of the corner.
+    /// The corners of normal i are users_[begins_[i]] up to users_[begins_[i + 1]]: 3 * prim_id,
+    /// and the number of the corner.
     std::vector<std::uint32_t> begins_, users_;
     /// For each corner.
     std::vector<vec3> weighted_;
