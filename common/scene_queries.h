@@ -121,12 +121,14 @@ struct Rivals {
 
 /// Finds the closest triangles whose squared distance is at most `most_d2`. Where `rivals` is not
 /// null, tracers on the host append to it instead, and `closest` may be empty; a device knows none.
+/// `exact` has the points of rivals before they were rounded.
 struct ClosestQuery {
     std::span<const vec3> points;
     float most_d2;
     std::span<ClosestTriangle> closest;
     Watch watch = {};
     Rivals* rivals = nullptr;
+    std::span<const dvec3> exact = {};
     const SeesTriangle* sees = nullptr;
     const HidesSubtree* hides = nullptr;
 };

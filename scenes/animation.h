@@ -1,6 +1,7 @@
 // A deforming scene: one topology, positions as a function of the frame; and how it is opened.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "common/base/errors.h"
@@ -80,9 +81,23 @@ public:
 
 protected:
     /// bounds() from the positions of the first frame.
-    static WorldBounds reference_bounds(const Topology& topology, std::span<const vec3> first) {
-        const PoseExtent pose(first, used_vertices(topology));
-        const WorldBounds bounds = pose.bounds(pose.limit());
+    /// `part_begins`: the first vertices of its parts, ascending from 0; empty: it is one.
+    static WorldBounds reference_bounds(const Topology& topology, std::span<const vec3> first,
+                                        std::span<const std::uint32_t> part_begins = {}) {
+        const std::vector<IndexRange> used = used_vertices(topology);
+        std::vector<WorldBounds> parts;
+        for (std::size_t i = 0; i < part_begins.size(); ++i) {
+            const std::uint32_t end =
+                i + 1 < part_begins.size() ? part_begins[i + 1] : topology.vertex_count;
+            PoseExtent part;
+            for (auto range = std::ranges::upper_bound(used, part_begins[i], {}, &IndexRange::end);
+                 range != used.end() && range->begin < end; ++range) {
+                const std::uint32_t from = std::max(range->begin, part_begins[i]);
+                part.add(first.subspan(from, std::min(range->end, end) - from));
+            }
+            parts.push_back(part.bounds(part.limit()));
+        }
+        const WorldBounds bounds = bounds_of_parts(PoseExtent(first, used), std::move(parts));
         return bounds.empty() && !first.empty() ? WorldBounds{{0, 0, 0}, {0, 0, 0}} : bounds;
     }
 };

@@ -140,14 +140,23 @@ AnimationScene::AnimationScene(const morphray::Device& device, const ImageOption
         scene_ = morphray::Scene::build(meshes(textures), device, scene_options);
         update_ = scene_->last_update();
     });
-    warn_of_far();
+    warn_of_left_out();
 }
 
-void AnimationScene::warn_of_far() {
-    std::uint64_t count = 0;
-    for (const morphray::LeftOut& mesh : update_.left_out) count += mesh.too_far;
-    if (count > 0 && !std::exchange(has_warned_, true))
-        messages_.warn(warning_of_far(animation_, count));
+void AnimationScene::warn_of_left_out() {
+    std::uint64_t far = 0;
+    std::uint64_t small = 0;
+    for (const morphray::LeftOut& mesh : update_.left_out) {
+        far += mesh.too_far;
+        small += mesh.too_small;
+    }
+    if (far + small == 0 || std::exchange(has_warned_, true)) return;
+    if (far > 0) messages_.warn(warning_of_far(animation_, far));
+    if (small > 0)
+        messages_.warn({escape(animation_.name()),
+                        fmt::format("{} of {} triangles are never hit: their area is lost in steps "
+                                    "of 2^-60 of the scene's size",
+                                    small, animation_.topology().triangles.size())});
 }
 
 /// The animation's mesh, with these textures, and the ground, if there is one.
@@ -205,7 +214,7 @@ void AnimationScene::advance(double frame) {
     trace_ms_ = 0;
     rays_ = 0;
     call_library([&] { update_ = scene_->update(); });
-    warn_of_far();
+    warn_of_left_out();
 }
 
 double AnimationScene::deform(double frame) {
@@ -214,7 +223,7 @@ double AnimationScene::deform(double frame) {
     morphray::engine::read_positions(*scene_);
     const double ms = watch.ms();
     update_ = call_library([&] { return scene_->last_update(); });
-    warn_of_far();
+    warn_of_left_out();
     return ms;
 }
 

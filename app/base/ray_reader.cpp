@@ -7,8 +7,11 @@
 #include <bit>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
+#include <initializer_list>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <system_error>
 
@@ -98,21 +101,18 @@ std::string read_input(const std::string& file, const char* content) {
     }
 }
 
-/// Rays of rows of 8 floats, as in struct Ray: org, tnear, dir, tfar; or of 6: org, dir.
-std::vector<WorldRay> rays_of_rows(const std::string& name, std::string_view bytes,
-                                   std::size_t row_length) {
-    static_assert(std::endian::native == std::endian::little, "read as memory is");
-    const std::size_t row_bytes = row_length * sizeof(float);
-    if (bytes.size() % row_bytes != 0)
-        throw Error(
-            ErrorKind::kBadInput,
-            "{}: {} bytes are not a whole number of rays of {} bytes; write {} floats a ray", name,
-            bytes.size(), row_bytes, row_length);
+/// Rays of rows of 8 numbers, as in struct Ray: org, tnear, dir, tfar; or of 6: org, dir. All but
+/// org is rounded to float.
+std::vector<WorldRay> rays_of_rows(std::span<double> numbers, std::size_t row_length) {
+    const auto round = [](double& number) {
+        const bool is_beyond = std::abs(number) > std::numeric_limits<float>::max();
+        number = is_beyond ? std::copysign(kInfinity, number) : static_cast<float>(number);
+    };
     std::vector<WorldRay> rays;
-    rays.reserve(bytes.size() / row_bytes);
-    for (std::size_t at = 0; at < bytes.size(); at += row_bytes) {
-        std::array<float, kMostNumbers> n;
-        std::memcpy(n.data(), bytes.data() + at, row_bytes);
+    rays.reserve(numbers.size() / row_length);
+    for (std::size_t i = 0; i < numbers.size(); i += row_length) {
+        const auto n = numbers.subspan(i, row_length);
+        std::ranges::for_each(n.subspan(3), round);
         if (row_length == kMostNumbers)
             rays.push_back({{n[0], n[1], n[2]}, {n[4], n[5], n[6]}, n[3], n[7]});
         else
@@ -121,53 +121,122 @@ std::vector<WorldRay> rays_of_rows(const std::string& name, std::string_view byt
     return rays;
 }
 
-constexpr std::string_view kNpyMagic = "\x93NUMPY";
+template <class Number>
+double number_at(const char* bytes) {
+    static_assert(std::endian::native == std::endian::little, "read as memory is");
+    Number number;
+    std::memcpy(&number, bytes, sizeof(number));
+    return number;
+}
 
-/// Rays of a file that numpy.save() has written (NumPy Enhancement Proposal 1).
-std::vector<WorldRay> npy_rays(const std::string& name, std::string_view bytes) {
-    const auto fail = [&name](std::string_view what) {
-        throw Error(ErrorKind::kBadInput,
-                    "{}: {}; save an array of morphray.ray_dtype, or one of float32 of shape (N, "
-                    "6) or (N, 8)",
-                    name, what);
+/// Rays of the bytes of struct Ray each.
+std::vector<WorldRay> rays_of_bytes(const std::string& name, std::string_view bytes) {
+    constexpr std::size_t kRowBytes = kMostNumbers * sizeof(float);
+    if (bytes.size() % kRowBytes != 0)
+        throw Error(
+            ErrorKind::kBadInput,
+            "{}: {} bytes are not a whole number of rays of {} bytes; write {} floats a ray", name,
+            bytes.size(), kRowBytes, kMostNumbers);
+    std::vector<double> numbers;
+    for (std::size_t at = 0; at < bytes.size(); at += sizeof(float))
+        numbers.push_back(number_at<float>(bytes.data() + at));
+    return rays_of_rows(numbers, kMostNumbers);
+}
+
+constexpr std::string_view kNpyMagic = "\x93NUMPY";
+constexpr std::string_view kZipMagic = "PK\x03\x04";
+
+/// The numbers of an array that numpy.save() has written (NumPy Enhancement Proposal 1), row by
+/// row.
+struct NpyRows {
+    std::vector<double> numbers;
+    std::size_t length;
+};
+
+/// Rows of float32 or float64 of one of these lengths; ray_dtype is a row of 8. `wanted` ends
+/// messages.
+NpyRows read_npy(const std::string& name, std::string_view bytes,
+                 std::initializer_list<std::uint64_t> lengths, const char* wanted) {
+    const auto fail = [&](const std::string& what) {
+        throw Error(ErrorKind::kBadInput, "{}: the .npy file {}; save {}", name, what, wanted);
     };
     constexpr std::size_t kVersionAt = 6;
     constexpr std::size_t kLengthAt = 8;
     constexpr std::size_t kShortHead = 10;
     constexpr std::size_t kLongHead = 12;
-    if (bytes.size() < kLongHead) fail("the .npy file is cut");
+    if (bytes.size() < kLongHead) fail("is cut");
     const std::size_t head = bytes[kVersionAt] == 1 ? kShortHead : kLongHead;
-    std::uint32_t length = 0;
-    std::memcpy(&length, bytes.data() + kLengthAt, head - kLengthAt);
-    if (length > bytes.size() - head) fail("the .npy file is cut");
-    std::string form(bytes.substr(head, length));
+    std::uint32_t head_length = 0;
+    std::memcpy(&head_length, bytes.data() + kLengthAt, head - kLengthAt);
+    if (head_length > bytes.size() - head) fail("is cut");
+    std::string form(bytes.substr(head, head_length));
     std::erase(form, ' ');
-    bytes.remove_prefix(head + length);
-    const auto has = [&form](std::string_view part) {
-        return form.find(part) != std::string::npos;
+    bytes.remove_prefix(head + head_length);
+    const auto between = [&form](std::string_view begin, std::string_view end) {
+        const std::size_t at =
+            std::min(form.find(begin), form.size() - begin.size()) + begin.size();
+        return form.substr(at, form.find(end, at) - at);
     };
-    constexpr std::string_view kShape = "'shape':(";
+    const std::string dtype = between("'descr':", ",'fortran_order'");
+    std::string shape = between("'shape':(", ")");
+    const std::string text = fmt::format("has {} of shape ({})", escape(dtype), escape(shape));
     const bool is_structure =
-        has("'descr':[('org','<f4',(3,)),('tnear','<f4'),('dir','<f4',(3,)),('tfar','<f4')]");
-    const bool is_rows = has("'descr':'<f4'") && (has(",6)") || has(",8)"));
-    if (!has("'fortran_order':False") || !has(kShape) || (!is_structure && !is_rows))
-        fail("the .npy file has no rays");
-    std::uint64_t count = 0;
-    const char* const shape = form.data() + form.find(kShape) + kShape.size();
-    std::from_chars(shape, form.data() + form.size(), count);
-    const std::size_t row_length = has(",6)") ? 6 : kMostNumbers;
-    if (bytes.size() % (row_length * sizeof(float)) != 0 ||
-        bytes.size() / (row_length * sizeof(float)) != count)
-        fail(fmt::format("the .npy file has not the bytes of its {} rays", count));
-    return rays_of_rows(name, bytes, row_length);
+        dtype == "[('org','<f4',(3,)),('tnear','<f4'),('dir','<f4',(3,)),('tfar','<f4')]";
+    if (is_structure) shape += shape.ends_with(',') ? "8" : ",8";
+    const bool is_double = dtype == "'<f8'";
+    std::vector<std::uint64_t> sides;
+    const char* const end = shape.data() + shape.size();
+    for (const char* at = shape.data(); at < end; ++at)
+        at = std::from_chars(at, end, sides.emplace_back()).ptr;
+    const bool has_length = !sides.empty() && std::ranges::count(lengths, sides.back()) > 0;
+    const bool is_fortran = form.find("'fortran_order':True") != std::string::npos;
+    if (is_structure && is_fortran) fail(text + " in Fortran order");
+    if (!has_length || (!is_structure && !is_double && dtype != "'<f4'")) fail(text);
+    const std::size_t size = is_double ? sizeof(double) : sizeof(float);
+    std::uint64_t count = 1;
+    for (const std::uint64_t side : sides)
+        count = side != 0 && count > bytes.size() / side ? bytes.size() + 1 : count * side;
+    if (count * size != bytes.size()) fail(text + ", and other bytes");
+    // The distances of neighbours on each axis.
+    std::vector<std::uint64_t> steps(sides.size(), 1);
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+        const std::size_t axis = is_fortran ? i : sides.size() - 1 - i;
+        const std::size_t before = is_fortran ? axis - 1 : axis + 1;
+        steps[axis] = steps[before] * sides[before];
+    }
+    NpyRows rows{{}, sides.back()};
+    for (std::uint64_t i = 0; i < count; ++i) {
+        std::uint64_t at = 0;
+        std::uint64_t rest = i;
+        for (std::size_t axis = sides.size(); axis-- > 0; rest /= sides[axis])
+            at += rest % sides[axis] * steps[axis];
+        const char* const from = bytes.data() + at * size;
+        rows.numbers.push_back(is_double ? number_at<double>(from) : number_at<float>(from));
+    }
+    return rows;
+}
+
+/// Text, or a .npy file.
+std::string read_text(const std::string& file, const char* content) {
+    std::string text = read_input(file, content);
+    if (text.starts_with(kZipMagic))
+        throw Error(ErrorKind::kBadInput,
+                    "{}: a ZIP archive, such as a .npz file; save one array of {} as .npy",
+                    input_name(file), content);
+    return text;
 }
 
 }  // namespace
 
 RayFile read_rays(const std::string& file, bool is_binary) {
-    const std::string text = read_input(file, "rays");
-    if (text.starts_with(kNpyMagic)) return {npy_rays(input_name(file), text)};
-    if (is_binary) return {rays_of_rows(input_name(file), text, kMostNumbers)};
+    const std::string text = is_binary ? read_input(file, "rays") : read_text(file, "rays");
+    if (text.starts_with(kNpyMagic)) {
+        NpyRows rows = read_npy(input_name(file), text, {6, kMostNumbers},
+                                "an array of morphray.ray_dtype, or one of float32 or float64 of "
+                                "shape (..., 6) or (..., 8)");
+        return {rays_of_rows(rows.numbers, rows.length)};
+    }
+    if (is_binary) return {rays_of_bytes(input_name(file), text)};
     NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
     RayFile read;
     for (;;) {
@@ -186,9 +255,18 @@ RayFile read_rays(const std::string& file, bool is_binary) {
 }
 
 std::vector<glm::dvec3> read_points(const std::string& file) {
-    const std::string text = read_input(file, "points");
-    NumberLines lines(input_name(file), text, "x y z");
+    const std::string text = read_text(file, "points");
     std::vector<glm::dvec3> points;
+    if (text.starts_with(kNpyMagic)) {
+        const std::vector<double> numbers =
+            read_npy(input_name(file), text, {3},
+                     "an array of float32 or float64 of shape (..., 3)")
+                .numbers;
+        for (std::size_t i = 0; i < numbers.size(); i += 3)
+            points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+        return points;
+    }
+    NumberLines lines(input_name(file), text, "x y z");
     for (;;) {
         std::array<double, 3> numbers;
         const std::size_t count = lines.next(numbers);

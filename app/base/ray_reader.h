@@ -21,10 +21,10 @@ struct RayFile {
 
 /// Lines `ox oy oz dx dy dz [tnear tfar [prim_id]]`, by default from 0 to inf and without leaving
 /// out a triangle; with `is_binary` the little-endian bytes of struct Ray each; or a .npy file of
-/// ray_dtype or of float32 of shape (N, 6) or (N, 8).
+/// ray_dtype, or of float32 or float64 of shape (..., 6) or (..., 8).
 RayFile read_rays(const std::string& file, bool is_binary);
 
-/// The points of a file, lines `x y z`.
+/// The points of a file, lines `x y z` or a .npy file of float32 or float64 of shape (..., 3).
 std::vector<glm::dvec3> read_points(const std::string& file);
 
 /// The file as messages name it: "<stdin>" for "-".

@@ -490,7 +490,8 @@ void complete(const CLI::App&, TraceOptions& options) { refuse_idle_device(optio
 
 void add_options(CLI::App& command, QueryOptions& options) {
     add_answers(command, options);
-    add_text(command, "--points", "FILE|-", "a line `x y z` for each point", options.point_file)
+    add_text(command, "--points", "FILE|-", "a line `x y z` for each point, or an array (.npy)",
+             options.point_file)
         ->required();
     add_parsed(command, "--ask", names_of(kPointQueries) + ",...",
                "what is answered, in this order: inside: 0 or 1; winding: how often meshes "

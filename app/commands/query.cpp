@@ -30,17 +30,26 @@ std::string text_of(const morphray::ClosestPoint& c, const Origin& origin) {
 /// Warns if queries that need a closed mesh are about one that is not, or encloses nothing.
 void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
                   const Messages& messages) {
-    const bool needs_closed = std::ranges::any_of(
-        options.queries, [](PointQuery query) { return query != PointQuery::kClosest; });
-    if (!needs_closed) return;
+    const auto asks = [&](PointQuery query) {
+        return std::ranges::find(options.queries, query) != options.queries.end();
+    };
+    const bool asks_winding = asks(PointQuery::kWinding);
+    const bool asks_by_rule = asks(PointQuery::kInside) || asks(PointQuery::kDistance);
+    if (!asks_winding && !asks_by_rule) return;
     const morphray::EdgeCounts edges = posed.scene->scene().edge_counts();
-    if (edges.is_closed() && edges.twins == 0) return;
-    messages.warn({escape(posed.animation->name()),
-                   fmt::format("edges: {}; inside, winding and signs of distances need a closed "
-                               "mesh{}",
-                               describe(EdgeCounts{edges.open, edges.shared, edges.turned,
-                                                   edges.uneven, edges.twins}),
-                               edges.twins != 0 ? " without twins" : "")});
+    const bool is_closed =
+        edges.is_closed(asks_winding ? morphray::FillRule::nonzero : options.rule);
+    if (is_closed && edges.twins == 0) return;
+    const bool odd_helps = asks_by_rule && options.rule == morphray::FillRule::nonzero &&
+                           edges.is_closed(morphray::FillRule::odd) && edges.twins == 0;
+    messages.warn(
+        {escape(posed.animation->name()),
+         fmt::format("edges: {}; inside, winding and signs of distances need a closed "
+                     "mesh{}{}",
+                     describe(EdgeCounts{edges.open, edges.shared, edges.turned, edges.uneven,
+                                         edges.twins}),
+                     edges.twins != 0 ? " without twins" : "",
+                     odd_helps ? "; --rule odd is right where triangles are only turned" : "")});
 }
 
 /// Appends a line of answers for each point.

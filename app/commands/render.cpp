@@ -187,7 +187,7 @@ public:
         messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_.update().step),
                                    scene_.update().reason));
         if (next) scene_.prepare(*next);
-        // The one that is written is the other.
+        // The image before it is written meanwhile, from the other place.
         morphray::Image& traced = traced_[finished() % traced_.size()];
         view_.progress = &progress.share;
         scene_.render(view_, traced);

@@ -151,6 +151,16 @@ ExitCode run_command(const TraceOptions& options, const Messages& messages) {
     const auto [rays, excluded] = read_rays(options.ray_file, options.binary_rays);
     const PosedAnimation posed =
         pose_animation(options.source, options.backend, options.frame, messages);
+    const std::size_t triangles = posed.animation->topology().triangles.size();
+    const auto unknown = std::ranges::find_if(excluded, [&](const morphray::Primitive& triangle) {
+        return triangle != morphray::Primitive{} && triangle.prim_id >= triangles;
+    });
+    if (unknown != excluded.end())
+        throw Error(ErrorKind::kBadInput,
+                    "{}: ray {}, counted from 0, leaves out triangle {}, but there are {}; give "
+                    "numbers of triangles as hits have them",
+                    escape(input_name(options.ray_file)), unknown - excluded.begin(),
+                    unknown->prim_id, triangles);
     RayTracer tracer(options, posed);
     {
         Progress progress("tracing", rays.size(), messages);

@@ -132,12 +132,35 @@ Feature feature_of(const Corners& corners, const std::array<double, 3>& weights)
     return feature;
 }
 
+/// Sets the place to the corner nearest to p and returns true if both edges there surely lead away
+/// from p, or exactly across: where all products have a factor of 0.
+bool is_at_corner(const dvec3& p, const std::array<dvec3, 3>& x, DoublePlace& found) {
+    std::size_t nearest = 0;
+    std::array<double, 3> distance2;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const dvec3 t = x[i] - p;
+        distance2[i] = dot(t, t);
+        if (distance2[i] < distance2[nearest]) nearest = i;
+    }
+    const dvec3 t = x[nearest] - p;
+    for (std::size_t other = 1; other < 3; ++other) {
+        const dvec3 along = t * (x[(nearest + other) % 3] - x[nearest]);
+        const double size = std::abs(along.x) + std::abs(along.y) + std::abs(along.z);
+        if (!(along.x + along.y + along.z > kDistanceRounding * size || size == 0)) return false;
+    }
+    found.is_certain = true;
+    found.place.weights = {};
+    found.place.weights[nearest] = 1;
+    found.place.point = x[nearest];
+    return true;
+}
+
 /// Finds the place on a triangle that is the closest one to p. Squared distances are compared after
 /// that of the nearby point r is subtracted, which keeps their digits.
 DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners) {
     const std::array<dvec3, 3> x = {dvec3(corners[0]), dvec3(corners[1]), dvec3(corners[2])};
     DoublePlace found;
-    if (is_inside(p, x, found)) return found;
+    if (is_at_corner(p, x, found) || is_inside(p, x, found)) return found;
     const double blur = blur_of(corners);
     DoublePlace edges[3];
     Difference distances[3];
@@ -263,7 +286,9 @@ ExactDistance exact_distance(const dvec3& p, const Corners& corners) {
 class ClosestChoice {
 public:
     ClosestChoice(const dvec3& p, vec3 lower, vec3 upper)
-        : p_(p), reference_(glm::clamp(p, dvec3(lower), dvec3(upper))) {
+        : p_(p),
+          reference_(glm::clamp(p, dvec3(lower), dvec3(upper))),
+          largest_(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)})) {
         set_middle(reference_);
     }
 
@@ -317,7 +342,7 @@ public:
         Box box;
         for (const vec3& corner : corners) box.extend(corner);
         double bound = least(box.lower, box.upper);
-        if (!is_open(bound)) return;
+        if (!is_open(bound) || is_behind_plane(corners)) return;
         const DoublePlace found = place_in_doubles(p_, reference_, corners);
         const Difference distance = difference(p_, reference_, found.place.point, blur_of(corners));
         if (found.is_certain) bound = distance.least();
@@ -328,6 +353,8 @@ public:
             // The middle is off by less than the second term.
             const double most = glm::length(to_p_) + 0x1p-28;
             plain_most_ = most * most * (1 + 0x1p-40);
+            const double rounding = 0x1p-46 * (2 * kSceneExtent + largest_);
+            far_most_ = (most + rounding) * (most + rounding) * (1 + 0x1p-40);
         }
         candidates_.push_back({bound, triangle, found.is_certain, found.place.weights});
     }
@@ -368,6 +395,18 @@ private:
         std::array<double, 3> weights;
     };
 
+    /// Whether a bound along the normal leaves a triangle out, which may have any direction.
+    bool is_behind_plane(const Corners& corners) const {
+        const dvec3 a = dvec3(corners[0]) - p_;
+        const dvec3 b = dvec3(corners[1]) - p_;
+        const dvec3 c = dvec3(corners[2]) - p_;
+        const dvec3 w = glm::cross(b - a, c - a);
+        const double to_a = glm::dot(w, a), to_b = glm::dot(w, b), to_c = glm::dot(w, c);
+        const double along = std::max(std::min({to_a, to_b, to_c}), -std::max({to_a, to_b, to_c}));
+        // Seven roundings of products; |a| <= |p - x| of the place x so far, and an edge's length.
+        return along > 0 && along * along > glm::dot(w, w) * far_most_;
+    }
+
     void set_middle(const dvec3& middle) {
         middle_ = middle;
         to_p_ = p_ - middle;
@@ -393,6 +432,10 @@ private:
     double least_of_middle_;
     /// Above the squared distance of the middle by more than a plain one is rounded.
     double plain_most_ = std::numeric_limits<double>::infinity();
+    /// The same for triangles whose corners are farther away.
+    double far_most_ = std::numeric_limits<double>::infinity();
+    /// Coordinate of the point.
+    double largest_;
     std::vector<Candidate> candidates_;
 };
 

@@ -29,10 +29,11 @@ void require_finite(const dvec3& v, const char* what) {
 }
 
 void check_size(const ViewSpec& view) {
-    require(view.width > 0 && view.height > 0 && view.ao_count > 0, ErrorKind::kBadArgument,
-            "an image of {} x {} pixels with {} ambient-occlusion rays each is asked for; each "
-            "number must be at least 1",
-            view.width, view.height, view.ao_count);
+    require(view.width > 0 && view.height > 0, ErrorKind::kBadArgument,
+            "an image of {} x {} pixels is asked for; each number must be at least 1", view.width,
+            view.height);
+    require(view.ao_count > 0, ErrorKind::kBadArgument,
+            "0 ambient-occlusion rays a pixel are asked for; at least 1 is needed");
     const std::uint64_t pixels = std::uint64_t{view.width} * view.height;
     require(view.width <= kMaxImageSide && view.height <= kMaxImageSide && pixels <= kMaxPixels,
             ErrorKind::kLimit,

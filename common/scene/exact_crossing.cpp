@@ -32,6 +32,28 @@ Vector cross(const Vector& a, const Vector& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// A sum of products in doubles, whose factors are at most four times rounded.
+struct Sum {
+    double value = 0;
+    double size = 0;
+
+    void add(double a, double b, double rounded_size) {
+        value += a * b;
+        size += std::abs(a) * rounded_size;
+    }
+    /// Exact zeros have no size; nothing underflows for differences of floats.
+    bool has_sign() const { return std::abs(value) > 0x1p-48 * size || size == 0; }
+    int sign() const { return (value > 0) - (value < 0); }
+};
+
+/// The edge function of a and b in the plane of x and y.
+Sum edge_in_doubles(const glm::dvec3& a, const glm::dvec3& b) {
+    Sum edge;
+    edge.add(a.x, b.y, std::abs(b.y));
+    edge.add(-a.y, b.x, std::abs(b.x));
+    return edge;
+}
+
 /// The sign of the edge function of a and b, which is `sign`, for the moved point.
 int moved_sign(int sign, vec3 a, vec3 b) {
     if (sign != 0) return sign;
@@ -74,9 +96,31 @@ std::optional<Border> find_border(const ShearedRay& ray, vec3 a, vec3 b, vec3 c)
     return std::nullopt;
 }
 
+/// The crossing of a point that doubles tell to be off the plane of the triangle, as that below.
+std::optional<ExactCrossing> crossing_in_doubles(vec3 p, vec3 a, vec3 b, vec3 c) {
+    const glm::dvec3 from(p);
+    const glm::dvec3 ra = glm::dvec3(a) - from;
+    const glm::dvec3 rb = glm::dvec3(b) - from;
+    const glm::dvec3 rc = glm::dvec3(c) - from;
+    const Sum u = edge_in_doubles(rb, rc);
+    const Sum v = edge_in_doubles(rc, ra);
+    const Sum w = edge_in_doubles(ra, rb);
+    Sum height;
+    height.add(ra.z, u.value, u.size);
+    height.add(rb.z, v.value, v.size);
+    height.add(rc.z, w.value, w.size);
+    if (!u.has_sign() || !v.has_sign() || !w.has_sign() || !height.has_sign() || height.sign() == 0)
+        return std::nullopt;
+    const int side = moved_sign(u.sign(), b, c);
+    const bool is_crossed = side != 0 && moved_sign(v.sign(), c, a) == side &&
+                            moved_sign(w.sign(), a, b) == side && height.sign() == side;
+    return ExactCrossing{is_crossed ? side : 0, false};
+}
+
 }  // namespace
 
 ExactCrossing exact_crossing(vec3 p, vec3 a, vec3 b, vec3 c) {
+    if (const auto crossing = crossing_in_doubles(p, a, b, c)) return *crossing;
     const Vector ra = offset(p, a);
     const Vector rb = offset(p, b);
     const Vector rc = offset(p, c);

@@ -116,6 +116,11 @@ double size_of(const WorldBounds& extent) {
     return std::max({size.x, size.y, size.z, 0.0});
 }
 
+/// The largest coordinate.
+double reach_of(const WorldBounds& bounds) {
+    return std::max(largest_of(bounds.lower), largest_of(bounds.upper));
+}
+
 float to_float(double x) {
     constexpr double kMost = std::numeric_limits<float>::max();
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -234,6 +239,11 @@ float PoseExtent::limit(const WorldBounds& reference) const {
         total += bins_[i].count;
         if (bins_[i].count > 0) last = i;
     }
+    const auto count_up_to = [&](std::size_t bin) {
+        std::uint64_t count = 0;
+        for (std::size_t i = 1; i <= bin; ++i) count += bins_[i].count;
+        return count;
+    };
     std::size_t bulk = 0;
     for (std::uint64_t held = 0; 2 * held <= total && bulk < last;) held += bins_[++bulk].count;
     std::size_t kept = bulk + kFarExponent;
@@ -243,7 +253,9 @@ float PoseExtent::limit(const WorldBounds& reference) const {
         for (int axis = 0; axis < 3; ++axis)
             reach =
                 std::max(reach, std::abs(space.centre(axis)) + space.length_to_world(kSceneExtent));
-        kept = std::max(kept, bin_of(static_cast<float>(std::min(reach, double{kMost}))));
+        const std::size_t held = bin_of(static_cast<float>(std::min(reach, double{kMost})));
+        if (bulk > held + kLostExponent && count_up_to(held) > 0) kept = held + kFarExponent;
+        kept = std::max(kept, held);
     }
     if (last <= kept) return kMost;
     return static_cast<float>(std::ldexp(1.0, static_cast<int>(kept) - 127));
@@ -260,6 +272,17 @@ std::uint64_t PoseExtent::count_beyond(float limit) const {
     std::uint64_t count = 0;
     for (std::size_t i = bin_of(limit) + 1; i < bins_.size(); ++i) count += bins_[i].count;
     return count;
+}
+
+WorldBounds bounds_of_parts(const PoseExtent& all, std::vector<WorldBounds> parts) {
+    std::erase_if(parts, [](const WorldBounds& b) { return b.empty() || reach_of(b) == 0; });
+    float limit = all.limit();
+    if (parts.size() > 1) {
+        const auto middle = parts.begin() + static_cast<std::ptrdiff_t>((parts.size() - 1) / 2);
+        std::ranges::nth_element(parts, middle, {}, reach_of);
+        limit = std::min(limit, all.limit(*middle));
+    }
+    return all.bounds(limit);
 }
 
 SceneSpace space_of_pose(const WorldBounds& reference, const PoseExtent& pose) {

@@ -71,6 +71,8 @@ private:
 /// Vertices of a pose are left out if a coordinate is more than 2^kFarExponent times as large as
 /// those of most: otherwise the grid of scene space would move these by more than 2^-24.
 inline constexpr int kFarExponent = 37;
+/// Vertices this much nearer to the origin than most would keep less than eight bits.
+inline constexpr int kLostExponent = 52;
 
 /// The size of a pose: counts and bounds of its finite vertices by the power of two that holds
 /// their largest coordinate. Sums of integers and bounds do not depend on the order of threads.
@@ -85,7 +87,9 @@ public:
 
     /// The coordinate beyond which vertices are left out, from the least power of two that holds
     /// more than half of the vertices that are not at 0; at least the power of two that holds the
-    /// space of `reference`. The largest float if no vertex is beyond it.
+    /// space of `reference`. If that half is 2^kLostExponent beyond the reference, where some of
+    /// the others are, that of the reference counts. The largest float if no vertex is beyond the
+    /// limit.
     float limit(const WorldBounds& reference = {}) const;
     WorldBounds bounds(float limit) const;
     /// Counts finite vertices.
@@ -100,6 +104,10 @@ private:
     /// Bin i has the vertices up to 2^(i - 127).
     std::array<Bin, 256> bins_;
 };
+
+/// The bounds of the vertices of a first pose that are not left out. Where most are so far away
+/// that others would be lost, those near at least half of the parts, such as meshes, count instead.
+WorldBounds bounds_of_parts(const PoseExtent& all, std::vector<WorldBounds> parts);
 
 /// The space of a pose: that of `reference`, the bounds of an animation or scene, as long as all
 /// vertices lie in its range; otherwise that of both together. Vertices beyond that range and

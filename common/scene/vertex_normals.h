@@ -17,10 +17,11 @@ public:
     /// Three indices for each triangle, or kFlatCorner. Memory is taken up to the largest.
     VertexNormals(std::span<const uvec3> triangles, std::span<const uvec3> ids);
 
-    /// Sets the normals: unit vectors of the sums of the cross products of the edges of their
-    /// triangles, in the order of prim_id; 0 where that is 0. Triangles with a vertex that is not
-    /// finite count as 0. Runs in the calling thread's arena; the bits do not depend on the number
-    /// of threads. O(triangles).
+    /// Sets the normals: unit vectors of the sums of their triangles' unit normals times the angles
+    /// of their corners there, in the order of prim_id; 0 where that is 0 (G. Thürmer, C. A.
+    /// Wüthrich. Computing Vertex Normals from Polygonal Facets. JGT 3(1), 1998). Triangles without
+    /// an area or with a vertex that is not finite count as 0. Runs in the calling thread's arena;
+    /// the bits do not depend on the number of threads. O(triangles).
     void update(std::span<const vec3> positions);
 
     std::span<const uvec3> ids() const { return ids_; }
@@ -28,9 +29,12 @@ public:
 
 private:
     std::vector<uvec3> triangles_, ids_;
-    /// The triangles of normal i are users_[begins_[i]] up to users_[begins_[i + 1]].
+    /// The corners of normal i are users_[begins_[i]] up to users_[begins_[i + 1]]: 3 * prim_id,
+    /// and the number of the corner.
     std::vector<std::uint32_t> begins_, users_;
-    std::vector<vec3> areas_, normals_;
+    /// For each corner.
+    std::vector<vec3> weighted_;
+    std::vector<vec3> normals_;
 };
 
 }  // namespace mray

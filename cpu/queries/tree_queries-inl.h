@@ -512,6 +512,37 @@ struct DistanceBounds {
     FloatVec least, most;
 };
 
+/// The distance of a triangle along w, which may have any direction, from below.
+HWY_INLINE FloatVec least_along(const lanes::Float3& w, const lanes::Float3& a,
+                                const lanes::Float3& b, const lanes::Float3& c) {
+    const FloatVec to_a = fused_dot(w, a), to_b = fused_dot(w, b), to_c = fused_dot(w, c);
+    const FloatVec along = max3(min3(to_a, to_b, to_c), -max3(to_a, to_b, to_c), zero());
+    return along / max(hn::Sqrt(fused_dot(w, w)), splat(kTiny));
+}
+
+/// The corner that is nearest to the point, and where it is surely the closest place of its
+/// triangle: both edges lead away from the point.
+struct NearestCorner {
+    Mask is_b, is_c, is_place;
+};
+
+/// For the triangle a, b, c, relative to a point that is off by less than `error`, as products are.
+HWY_INLINE NearestCorner nearest_corner(const lanes::Float3& a, const lanes::Float3& b,
+                                        const lanes::Float3& c, FloatVec error) {
+    const FloatVec a2 = fused_dot(a, a), b2 = fused_dot(b, b), c2 = fused_dot(c, c);
+    const Mask is_c = c2 < min(a2, b2);
+    const Mask is_b = b2 < a2;
+    const auto choose =
+        [&](const lanes::Float3& of_a, const lanes::Float3& of_b, const lanes::Float3& of_c)
+            HWY_ATTR { return select(is_c, of_c, select(is_b, of_b, of_a)); };
+    const lanes::Float3 w = choose(a, b, c);
+    const auto leads_away = [&](const lanes::Float3& edge) HWY_ATTR {
+        const FloatVec along = fused_dot(w, edge);
+        return (along > zero()) & (along * along > error * error * fused_dot(edge, edge));
+    };
+    return {is_b, is_c, leads_away(choose(b, c, a) - w) & leads_away(choose(c, a, b) - w)};
+}
+
 /// The bounds for the triangle a, b, c, relative to the point. `most` is the distance of the
 /// nearest of four places: on each edge and inside, as floats find them. `least` is along the
 /// nearest edge's place, or along the normal where there is a place inside.
@@ -540,9 +571,7 @@ HWY_INLINE DistanceBounds distance_bounds(const lanes::Float3& a, const lanes::F
     const Mask is_inside = min3(of_a, of_b, of_c) > zero();
     d2 = select(is_inside, min(d2, fused_dot(inside, inside)), d2);
     w = select(is_inside, normal, w);
-    const FloatVec to_a = fused_dot(w, a), to_b = fused_dot(w, b), to_c = fused_dot(w, c);
-    const FloatVec along = max3(min3(to_a, to_b, to_c), -max3(to_a, to_b, to_c), zero());
-    return {along / max(hn::Sqrt(fused_dot(w, w)), splat(kTiny)), hn::Sqrt(d2)};
+    return {least_along(w, a, b, c), hn::Sqrt(d2)};
 }
 
 /// The triangles near a point, among which the closest one is.
@@ -551,46 +580,62 @@ public:
     /// Adds the triangle in a slot of a leaf; `least` is a lower bound of its distance. Triangles
     /// whose bound is above `most` may be dropped.
     HWY_INLINE void add(float least, std::uint32_t leaf, std::uint32_t slot, float most) {
-        if (count_ == kMost) keep_within(most);
-        if (count_ < kMost) {
-            near_[count_++] = {least, leaf * kWidth + slot};
+        if (near_.size() == kMost && least_lost_ <= most) return;
+        if (near_.size() >= room_) {
+            keep_within(most);
+            room_ = std::clamp(2 * near_.size(), kFew, kMost);
+        }
+        if (near_.size() < kMost) {
+            near_.push_back({least, leaf * kWidth + slot});
         } else {
-            least_lost_ = std::min(least_lost_, least);
+            least_lost_ = least;
         }
     }
+    bool are_many() const { return near_.size() > kFew / 4; }
+    void clear() {
+        near_.clear();
+        room_ = kFew;
+        least_lost_ = std::numeric_limits<float>::infinity();
+    }
 
-    /// Appends the triangles whose bound is at most `most`, or kNoPrim if they were too many.
+    /// Appends the triangles whose bound is at most `most`; of many the closest one to the point p,
+    /// or kNoPrim if they were too many.
     template <class Sees>
-    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most, Sees sees) {
+    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most, const dvec3& p,
+                              Sees sees) {
         keep_within(most);
         if (least_lost_ <= most) {
             rivals.triangles.push_back({kNoPrim, {}});
             return;
         }
-        for (std::size_t i = 0; i < count_; ++i) {
-            const std::uint32_t place = near_[i].place;
-            rivals.triangles.push_back(triangle_of(bvh.leaves[place / kWidth], place % kWidth));
+        const std::size_t first = rivals.triangles.size();
+        for (const Near& near : near_) {
+            rivals.triangles.push_back(
+                triangle_of(bvh.leaves[near.place / kWidth], near.place % kWidth));
             std::uint32_t& prim_id = rivals.triangles.back().prim_id;
             prim_id = first_seen(bvh, prim_id, sees);
         }
+        if (near_.size() <= kFew) return;
+        const NumberedTriangle closest =
+            exact_closest(p, std::span(rivals.triangles).subspan(first));
+        rivals.triangles.resize(first);
+        rivals.triangles.push_back(closest);
     }
 
 private:
-    static constexpr std::size_t kMost = 64;
+    static constexpr std::size_t kFew = 64;
+    static constexpr std::size_t kMost = std::size_t{1} << 20;
     struct Near {
         float least;
         std::uint32_t place;
     };
 
     HWY_INLINE void keep_within(float most) {
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < count_; ++i)
-            if (near_[i].least <= most) near_[kept++] = near_[i];
-        count_ = kept;
+        std::erase_if(near_, [&](const Near& near) { return !(near.least <= most); });
     }
 
-    Near near_[kMost];
-    std::size_t count_ = 0;
+    std::vector<Near> near_;
+    std::size_t room_ = kFew;
     float least_lost_ = std::numeric_limits<float>::infinity();
 };
 
@@ -601,8 +646,9 @@ class ClosestSearch {
 public:
     /// Triangles whose squared distance by the rule is above `most_d2` need not be found. Those
     /// without sees(prim_id) do not exist.
-    HWY_INLINE ClosestSearch(vec3 point, float most_d2, Sees sees)
-        : p_(point), most_d2_(most_d2), most_(most_d2), sees_(sees) {
+    /// `near` is empty.
+    HWY_INLINE ClosestSearch(vec3 point, float most_d2, Sees sees, NearTriangles& near)
+        : p_(point), most_d2_(most_d2), most_(most_d2), near_(near), sees_(sees) {
         if constexpr (!kFindsRivals) return;
         const FloatVec farthest = lanes::largest_component(p_);
         point_error_ = splat(kPointRounding) * (farthest + splat(1.0f));
@@ -634,8 +680,9 @@ public:
     }
 
     ClosestTriangle closest() const { return {most_d2_, prim_id_}; }
-    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh) {
-        near_.append_to(rivals, bvh, most_, sees_);
+    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, const dvec3& p) {
+        if (of_vertex_.prim_id != kNoPrim) add(of_vertex_);
+        near_.append_to(rivals, bvh, most_, p, sees_);
         rivals.ends.push_back(static_cast<std::uint32_t>(rivals.triangles.size()));
     }
 
@@ -651,8 +698,27 @@ private:
         most_d2_ = hn::GetLane(most * most * splat(kRivalRounding));
     }
 
+    /// A triangle whose closest place is this vertex.
+    struct OfVertex {
+        vec3 vertex;
+        float least;
+        std::uint32_t leaf, slot;
+        std::uint32_t prim_id = kNoPrim;
+    };
+    HWY_INLINE void add(const OfVertex& one) { near_.add(one.least, one.leaf, one.slot, most_); }
+    /// Triangles around a vertex are as far: one of them, the lowest, stands for all.
+    HWY_INLINE void add_at_vertex(const OfVertex& one) {
+        if (one.vertex == of_vertex_.vertex) {
+            if (one.prim_id < of_vertex_.prim_id) of_vertex_ = one;
+            return;
+        }
+        if (of_vertex_.prim_id != kNoPrim) add(of_vertex_);
+        of_vertex_ = one;
+    }
+
     HWY_INLINE void search_leaf(const Bvh& bvh, std::uint32_t index) {
         const Leaf& leaf = bvh.leaves[index];
+        ++leaves_;
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
             const FloatVec most_d2 = splat(most_d2_);
@@ -667,6 +733,13 @@ private:
                 max3(lanes::largest_component(to_a), lanes::largest_component(to_b),
                      lanes::largest_component(to_c));
             near = near & may_be_within(to_a, to_b, to_c, size, most_d2);
+            if (leaves_ > kManyLeaves) {
+                // Planes tell apart what is about as far. The second term covers bound and rule
+                // (lab/proofs/closest.g).
+                const FloatVec plane =
+                    least_along(fused_cross(to_a - to_c, to_b - to_a), to_a, to_b, to_c);
+                near = near & (plane <= hn::Sqrt(most_d2) + splat(2 * kRuleExcess) * size);
+            }
             if (none(near)) return;
             const auto for_each_of = [&](Mask lanes, FloatVec value, auto use) HWY_ATTR {
                 HWY_ALIGN float values[kLanes];
@@ -690,9 +763,27 @@ private:
                 if (none(near)) return;
                 const FloatVec most = select(near, most_of(bounds.most, size), splat(most_));
                 set_most(hn::MinOfLanes(kFloats, min(most, splat(most_))));
-                for_each_of(near & (least <= splat(most_)), least,
-                            [&](auto, std::uint32_t slot, auto, float value)
-                                HWY_ATTR { near_.add(value, index, slot, most_); });
+                near = near & (least <= splat(most_));
+                if (near_.are_many()) {
+                    const NearestCorner nearest =
+                        nearest_corner(to_a, to_b, to_c, splat(kRuleExcess) * size + point_error_);
+                    const lanes::Float3 vertex =
+                        select(nearest.is_c, c, select(nearest.is_b, b, a));
+                    HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes];
+                    store(vertex.x, x);
+                    store(vertex.y, y);
+                    store(vertex.z, z);
+                    for_each_of(
+                        near & nearest.is_place, least,
+                        [&](std::uint32_t i, std::uint32_t slot, std::uint32_t prim_id,
+                            float value) HWY_ATTR {
+                            add_at_vertex({vec3(x[i], y[i], z[i]), value, index, slot, prim_id});
+                        });
+                    near = hn::AndNot(nearest.is_place, near);
+                }
+                for_each_of(near, least, [&](auto, std::uint32_t slot, auto, float value) HWY_ATTR {
+                    near_.add(value, index, slot, most_);
+                });
             } else {
                 const FloatVec d2 = lanes::triangle_distance2(p_, a, b, c);
                 for_each_of(near & (d2 <= most_d2), d2,
@@ -711,7 +802,10 @@ private:
     float most_d2_, most_;
     std::uint32_t prim_id_ = kNoPrim;
     FloatVec point_error_;
-    NearTriangles near_;
+    std::size_t leaves_ = 0;
+    static constexpr std::size_t kManyLeaves = 32;
+    NearTriangles& near_;
+    OfVertex of_vertex_ = {};
     [[no_unique_address]] Sees sees_;
 };
 

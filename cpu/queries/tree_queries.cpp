@@ -133,16 +133,18 @@ template <class SeesOf>
 void find_closest(const Bvh& bvh, const ClosestQuery& query, SeesOf sees_of) {
     using Sees = decltype(sees_of(std::size_t{}));
     std::uint32_t near_leaf = kNoPrim;
+    NearTriangles near;
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.watch.throw_if_cancelled();
         if (query.rivals == nullptr) {
-            ClosestSearch<false, Sees> search(query.points[i], query.most_d2, sees_of(i));
+            ClosestSearch<false, Sees> search(query.points[i], query.most_d2, sees_of(i), near);
             search.search(bvh, near_leaf);
             query.closest[i] = search.closest();
         } else {
-            ClosestSearch<true, Sees> search(query.points[i], query.most_d2, sees_of(i));
+            near.clear();
+            ClosestSearch<true, Sees> search(query.points[i], query.most_d2, sees_of(i), near);
             search.search(bvh, near_leaf);
-            search.append_to(*query.rivals, bvh);
+            search.append_to(*query.rivals, bvh, query.exact[i]);
         }
     }
 }

@@ -11,12 +11,14 @@ namespace morphray::detail {
 /// The options must outlive it.
 class QueryFilter {
 public:
-    /// Throws Error for a wrong number of flags or of excluded triangles; `what` names the queries.
+    /// Throws Error for a wrong number of flags or of excluded triangles, and for those that do not
+    /// exist; `what` names the queries.
     QueryFilter(const MeshList& meshes, std::size_t queries, const char* what,
                 const QueryOptions& options)
         : meshes_(meshes), options_(options) {
         if (options.excluded && options.excluded->size() != queries)
             throw_bad_argument("excluded: {} for {} {}", options.excluded->size(), queries, what);
+        if (options.excluded) require_there(*options.excluded);
         if (!options.visible) return;
         // The highest geom_ids may be free since a detach(), and may have flags.
         const std::size_t flags = options.visible->size();
@@ -74,6 +76,22 @@ public:
     }
 
 private:
+    /// Only a miss may name nothing.
+    void require_there(std::span<const Primitive> excluded) const {
+        for (std::size_t i = 0; i < excluded.size(); ++i) {
+            const auto& [prim_id, geom_id] = excluded[i];
+            if (excluded[i] == Primitive{}) continue;
+            const MeshSlot* const mesh = meshes_.find(geom_id);
+            if (mesh == nullptr)
+                throw_bad_argument("excluded: number {} has the geom_id {}, which no mesh has", i,
+                                   geom_id);
+            if (prim_id != kNoPrim && prim_id >= mesh->prim_count)
+                throw_bad_argument(
+                    "excluded: number {} has the prim_id {} of mesh {}, which has {}", i, prim_id,
+                    geom_id, mesh->prim_count);
+        }
+    }
+
     const MeshList& meshes_;
     const QueryOptions& options_;
     std::size_t first_ = 0;

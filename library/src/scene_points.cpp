@@ -242,10 +242,10 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
     mray::Rivals rivals;
     rivals.triangles.reserve(run.size());
     const mray::SeesTriangle sees = asked.filter.seen_by(index);
-    answer(scene, mray::ClosestQuery{run, most_d2, {}, watch, &rivals}, asked, index, true);
     // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(run.size());
     for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
+    answer(scene, mray::ClosestQuery{run, most_d2, {}, watch, &rivals, exact}, asked, index, true);
     std::size_t first = 0;
     for (std::size_t i = 0; i < run.size(); ++i) {
         watch.throw_if_cancelled();

@@ -32,7 +32,10 @@ public:
         std::vector<vec3> first(scene_.topology.vertex_count);
         origin_ = find_origin(first);
         const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0, origin_), first);
-        bounds_ = reference_bounds(scene_.topology, first);
+        std::vector<std::uint32_t> begins;
+        for (const gltf::PlacedSet& placed : scene_.placed_sets)
+            begins.push_back(placed.first_vertex);
+        bounds_ = reference_bounds(scene_.topology, first, begins);
         if (bad == gltf::kNoVertex) return;
         if (!is_lenient_) throw problem(bad, 0);
         if (options.warn) options.warn({file_, bad_coordinate(bad, 0) + "; kept as it is"});

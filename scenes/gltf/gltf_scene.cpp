@@ -203,7 +203,7 @@ public:
     void run() {
         const JsonAt channels = at_.at("channels");
         for (std::size_t i = 0; i < channels.size(); ++i) read_channel(channels[i]);
-        equal_times_.tell(options_.warn);
+        odd_times_.tell(options_.warn);
     }
 
 private:
@@ -253,16 +253,21 @@ private:
         return known->second;
     }
 
-    /// Equal times are an error; if lenient, a warning, and the later one holds.
+    /// Times that are equal, where the later one holds, or below 0 are an error; if lenient, a
+    /// warning.
     void check_times(const JsonAt& reference, std::span<const float> times) {
         for (std::size_t i = 0; i < times.size(); ++i) {
             if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
                 continue;
-            if (i > 0 && times[i] == times[i - 1]) {
-                const std::string what = fmt::format("times {} and {} are equal", i - 1, i);
+            const bool is_equal = i > 0 && times[i] == times[i - 1];
+            const bool is_early = times[i] < 0 && times[i] >= -kMostSeconds;
+            if (is_equal || (is_early && (i == 0 || times[i] > times[i - 1]))) {
+                const std::string what = is_equal
+                                             ? fmt::format("times {} and {} are equal", i - 1, i)
+                                             : fmt::format("time {} is {}, below 0", i, times[i]);
                 if (!options_.lenient) reference.fail(what + "; repair them", Hint::kLenient);
-                equal_times_.add(file_.name(), "{}: {}; the later one holds", reference.path(),
-                                 what);
+                odd_times_.add(file_.name(), "{}: {}; {}", reference.path(), what,
+                               is_equal ? "the later one holds" : "frames begin at 0");
                 continue;
             }
             reference.fail("time {} is {}; times must increase, from 0 to {}", i, times[i],
@@ -298,7 +303,7 @@ private:
     GltfScene& scene_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
-    WarningCount equal_times_;
+    WarningCount odd_times_;
 };
 
 /// The names of all animations of a file, empty where it gives none.

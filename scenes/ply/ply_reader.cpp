@@ -127,6 +127,9 @@ public:
         }
         if (!has_format) fail("no format before this line; is the file complete?");
         for (const PlyElement& element : header_.elements) require_meaning(element);
+        if (header_.encoding != PlyEncoding::kText && rest.starts_with("\n\r"))
+            fail_at(
+                1, R"(lines end in "\n\r", which hides where binary data begin; end them in "\n")");
         require_size();
         return std::move(header_);
     }
@@ -235,7 +238,7 @@ constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
 constexpr PlyAxes kColours[] = {
     {"red", "green", "blue"}, {"r", "g", "b"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}};
 
-/// The values after the header: rows of text, blank ones left out, or bytes in either order.
+/// The values after the header: words of text, whatever their lines, or bytes in either order.
 class PlyValues {
 public:
     PlyValues(std::string_view text, const PlyHeader& header, const std::string& name)
@@ -253,7 +256,16 @@ public:
     std::string place_prefix() const { return name_ + (is_text_ ? ":" : ": byte "); }
     std::uint64_t line_or_byte() const { return is_text_ ? line_ : file_size_ - left_at_begin_; }
     [[noreturn]] void fail(const std::string& what) const {
+        require_whole_items();
         throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
+    }
+    /// For what does not fit: items may begin and end anywhere in right files.
+    void require_whole_items() const {
+        if (broken_line_ == 0) return;
+        throw Error(ErrorKind::kBadInput,
+                    "{}{}: more or fewer values than {} has; is the header right, and the file "
+                    "complete?",
+                    place_prefix(), broken_line_, quote(broken_name_));
     }
 
     void begin(const PlyElement& element, std::uint64_t item) {
@@ -261,29 +273,21 @@ public:
         item_ = item;
         left_at_begin_ = rest_.size();
         if (!is_text_) return;
-        skip_blank_lines();
-        line_ = next_line_;
-        if (rest_.empty()) fail_end();
-        const auto* const end =
-            std::find_if(rest_.begin(), rest_.end(), [](char c) { return c == '\n' || c == '\r'; });
-        row_ = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
-        rest_.remove_prefix(row_.size());
+        begins_in_row_ = !is_row_done();
+        if (!begins_in_row_) next_row();
+        line_at_begin_ = line_;
     }
-    void end() const {
-        if (std::all_of(row_.begin(), row_.end(), is_blank)) return;
-        fail(fmt::format("more values than {} has; is the header right?", quote(element_->name)));
+    void end() {
+        if (!is_text_ || line_ == line_at_begin_ || broken_line_ != 0) return;
+        if (begins_in_row_ || !is_row_done()) set_broken(line_at_begin_);
+    }
+    /// After the last item.
+    void end_all() {
+        if (!is_row_done() && broken_line_ == 0) set_broken(line_);
+        skip_blank_lines();
+        if (!is_row_done() || !rest_.empty()) require_whole_items();
     }
     std::size_t left() const { return rest_.size(); }
-    void skip_blank_lines() {
-        std::size_t i = 0;
-        for (; is_text_ && i < rest_.size(); ++i) {
-            if (rest_[i] == '\n' || (rest_[i] == '\r' && !rest_.substr(i + 1).starts_with('\n')))
-                ++next_line_;
-            else if (rest_[i] != ' ' && rest_[i] != '\t' && rest_[i] != '\r')
-                break;
-        }
-        rest_.remove_prefix(i);
-    }
 
     double number(const PlyType& type) {
         if (!is_text_) return take_value(type);
@@ -308,6 +312,33 @@ public:
 
 private:
     static bool is_blank(char c) { return c == ' ' || c == '\t'; }
+    bool is_row_done() const { return std::all_of(row_.begin(), row_.end(), is_blank); }
+
+    void set_broken(std::uint64_t line) {
+        broken_line_ = line;
+        broken_name_ = element_->name;
+    }
+
+    void skip_blank_lines() {
+        std::size_t i = 0;
+        for (; is_text_ && i < rest_.size(); ++i) {
+            if (rest_[i] == '\n' || (rest_[i] == '\r' && !rest_.substr(i + 1).starts_with('\n')))
+                ++next_line_;
+            else if (rest_[i] != ' ' && rest_[i] != '\t' && rest_[i] != '\r')
+                break;
+        }
+        rest_.remove_prefix(i);
+    }
+
+    void next_row() {
+        skip_blank_lines();
+        line_ = next_line_;
+        if (rest_.empty()) fail_end();
+        const auto* const end =
+            std::find_if(rest_.begin(), rest_.end(), [](char c) { return c == '\n' || c == '\r'; });
+        row_ = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
+        rest_.remove_prefix(row_.size());
+    }
 
     [[noreturn]] void fail_end() const {
         fail(fmt::format("ends within {} {} of {}; is the file complete?", quote(element_->name),
@@ -315,12 +346,12 @@ private:
     }
 
     std::string_view next_word() {
-        const auto* const begin = std::find_if_not(row_.begin(), row_.end(), is_blank);
-        const auto* const end = std::find_if(begin, row_.end(), is_blank);
-        if (begin == end) {
-            fail(fmt::format("fewer values than {} has; is the file complete?",
-                             quote(element_->name)));
+        const auto* begin = std::find_if_not(row_.begin(), row_.end(), is_blank);
+        if (begin == row_.end()) {
+            next_row();
+            begin = std::find_if_not(row_.begin(), row_.end(), is_blank);
         }
+        const auto* const end = std::find_if(begin, row_.end(), is_blank);
         row_.remove_prefix(static_cast<std::size_t>(end - row_.begin()));
         return {begin, static_cast<std::size_t>(end - begin)};
     }
@@ -349,7 +380,12 @@ private:
     std::uint64_t left_at_begin_ = 0;
     std::uint64_t next_line_;
     std::uint64_t line_ = 0;
-    std::string_view row_;  // of the current item, without the values that were read
+    std::string_view row_;  // without the values that were read
+    bool begins_in_row_ = false;
+    std::uint64_t line_at_begin_ = 0;
+    /// The first line in which an item begins or ends among others, over several lines; 0: none.
+    std::uint64_t broken_line_ = 0;
+    std::string_view broken_name_;
 };
 
 class PlyReader {
@@ -360,7 +396,10 @@ public:
           name_(name),
           options_(options),
           values_(text, header, name),
-          rules_(options.lenient, [this] { return values_.place(); }) {}
+          rules_(options.lenient, [this] {
+              values_.require_whole_items();
+              return values_.place();
+          }) {}
 
     FileMesh read() {
         for (const PlyElement& element : header_.elements) {
@@ -371,7 +410,7 @@ public:
             has_colours_ = colours_of(element) != nullptr;
         }
         for (const PlyElement& element : header_.elements) read_element(element);
-        values_.skip_blank_lines();
+        values_.end_all();
         if (values_.left() > 0 && options_.warn) {
             options_.warn(
                 {name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
@@ -425,7 +464,6 @@ private:
         if (colours != nullptr && !is_vertex) set_faces_albedo(kClay);
         for (std::uint64_t item = 0; item < element.count; ++item) {
             values_.begin(element, item);
-            if (values_.is_text() && !is_read) continue;
             for (std::size_t i = 0; i < element.properties.size(); ++i) {
                 const PlyProperty& property = element.properties[i];
                 if (property.count_type != nullptr)

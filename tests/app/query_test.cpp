@@ -48,6 +48,30 @@ TEST(Query, WarnsOnceOfAnOpenMesh) {
     EXPECT_EQ(query(unit_triangle(), "0 0 1\n", {"--ask", "closest"}).err, "");
 }
 
+TEST(Query, NamesTheRuleForTurnedTriangles) {
+    const std::string turned =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    const auto warning = [&](const Words& more) { return query(turned, "9 9 9\n", more).err; };
+    EXPECT_TRUE(has(warning({"--ask", "inside"}), "3 turned; "));
+    EXPECT_TRUE(has(warning({"--ask", "inside"}), "; --rule odd is right where"));
+    EXPECT_EQ(warning({"--ask", "inside,distance", "--rule", "odd"}), "");
+    EXPECT_FALSE(has(warning({"--ask", "winding", "--rule", "odd"}), "--rule"));
+    EXPECT_FALSE(has(query(unit_triangle(), "0 0 1\n", {"--ask", "inside"}).err, "--rule"));
+}
+
+TEST(Query, ReadsPointsOfNpyFiles) {
+    const double points[] = {0.25, 0.5, 2, 0.5, -1, 0};
+    std::string npy("\x93NUMPY\x01\x00\x46\x00", 10);
+    npy += "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }";
+    npy.resize(80, ' ');
+    npy.append(reinterpret_cast<const char*>(points), sizeof(points));
+    EXPECT_EQ(query(unit_triangle(), npy, {"--ask", "distance"}).out, "2\n1\n");
+    EXPECT_TRUE(has(query(unit_triangle(), "PK\x03\x04", {"--ask", "distance"}).err, ".npz"));
+    npy.replace(npy.find("(2, 3)"), 6, "(3, 2)");
+    EXPECT_TRUE(
+        has(query(unit_triangle(), npy, {"--ask", "distance"}).err, "'<f8' of shape (3,2)"));
+}
+
 TEST(Query, WarnsOfAMeshWhoseTrianglesAreThereInBothDirections) {
     TemporaryFolder folder;
     const std::string doubled =

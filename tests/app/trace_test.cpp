@@ -89,9 +89,10 @@ TEST(Trace, BinaryRaysAnswerLikeText) {
     EXPECT_TRUE(cut.err.starts_with("<stdin>: 40 bytes")) << cut.err;
 
     // What numpy.save() writes for ray_dtype and for float32 of shape (2, 8).
-    const auto npy = [&bytes](const std::string& type, const std::string& shape) {
-        std::string form =
-            "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
+    const auto npy = [&bytes](const std::string& type, const std::string& shape,
+                              const std::string& is_fortran = "False") {
+        std::string form = "{'descr': " + type + ", 'fortran_order': " + is_fortran +
+                           ", 'shape': (" + shape + "), }";
         form.resize(246, ' ');
         return std::string("\x93NUMPY\x01\x00\xf6\x00", 10) + form + bytes;
     };
@@ -99,14 +100,37 @@ TEST(Trace, BinaryRaysAnswerLikeText) {
     without_shape.replace(without_shape.find("shape"), 5, "count");
     const std::string fields =
         "[('org', '<f4', (3,)), ('tnear', '<f4'), ('dir', '<f4', (3,)), ('tfar', '<f4')]";
-    for (const std::string& array : {npy(fields, "2,"), npy("'<f4'", "2, 8")})
+    for (const std::string& array :
+         {npy(fields, "2,"), npy("'<f4'", "2, 8"), npy("'<f4'", "1, 2, 8")})
         EXPECT_EQ(trace(unit_triangle(), array).out, "H 2 0 0.25 0.5\nM\n");
-    for (const std::string& array : {npy(fields, "3,"), npy("'<f8'", "1, 8"),
-                                     npy("'<f4'", "2, 8").substr(0, 60), without_shape}) {
+    // Columns after each other, and doubles.
+    const double six[] = {0.25, 0.25, 2, 0, 0, -1};
+    bytes.assign(reinterpret_cast<const char*>(six), sizeof(six));
+    EXPECT_EQ(trace(unit_triangle(), npy("'<f8'", "6,")).out, "H 2 0 0.25 0.25\n");
+    const double columns[] = {0.25, 9, 0.25, 9, 2, 2, 0, 0, 0, 0, -1, -1};
+    bytes.assign(reinterpret_cast<const char*>(columns), sizeof(columns));
+    EXPECT_EQ(trace(unit_triangle(), npy("'<f8'", "2, 6", "True")).out, "H 2 0 0.25 0.25\nM\n");
+    for (const std::string& array : {npy(fields, "3,"), npy("'<f8'", "1, 8"), npy("'>f8'", "2, 6"),
+                                     npy("'<f8'", "2, 6").substr(0, 60), without_shape}) {
         const Outcome refused = trace(unit_triangle(), array);
         EXPECT_EQ(refused.code, 3) << refused.err;
         EXPECT_TRUE(refused.err.starts_with("<stdin>: the .npy file")) << refused.err;
     }
+}
+
+TEST(Trace, NoTriangleThatDoesNotExistIsLeftOut) {
+    const std::string rays = "0.25 0.25 2 0 0 -1\n0.25 0.25 2 0 0 -1 0 inf 1\n";
+    const Outcome refused = trace(unit_triangle(), rays);
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_TRUE(has(refused.err, "ray 1, counted from 0, leaves out triangle 1, but there are 1"));
+}
+
+TEST(Trace, WarnsOfTrianglesThatAreTooSmall) {
+    const Outcome outcome = trace(
+        "v 0 0 0\nv 8.67e-19 0 0\nv 0 8.67e-19 0\nv 4 0 0\nv 5 0 0\nv 4 1 0\nf 4 5 6\nf 1 2 3\n",
+        "4.25 0.25 1 0 0 -1\n");
+    EXPECT_EQ(outcome.out, "H 1 0 0.25 0.25\n");
+    EXPECT_TRUE(has(outcome.err, "1 of 2 triangles are never hit")) << outcome.err;
 }
 
 TEST(Trace, FloatsPrintedWithNineDigitsComeBackAsThemselves) {

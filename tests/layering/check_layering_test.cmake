@@ -40,6 +40,7 @@ check(common/x.cpp "\"../cpu/y.h\"")
 set(removed Removed)
 check(common/x.h "<cmath> // as `common/${removed}.h` has it")
 check(common/x.h "<cmath> // a part of `k${removed}`")
+check(common/x.h "<cmath> // a part of `Frame::has${removed}`")
 
 file(REMOVE_RECURSE ${SCRATCH})
 if(failures)

@@ -55,6 +55,39 @@ TEST(FileReports, Assimp6296StripsOfPlyFilesAreTriangles) {
     }
 }
 
+TEST(FileReports, TextOfPlyFilesIsReadWhateverItsLines) {
+    const TemporaryFolder folder;
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\nelement other 1\nproperty list uchar int ids\nproperty int id\n"
+        "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const char* rows : {"0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 7 8\n9\n3 0 1 2\n3 2 1 3\n",
+                             "0 0\n0\n1 0\n0\n0 1\n0\n1 1\n0\n2 7\n8 9\n3\n0 1 2\n\n3\n2 1 3",
+                             "0 0 0 1 0 0 0 1 0 1 1 0 2 7 8 9 3 0 1 2 3 2 1 3\n",
+                             "0 0 0 1\n0 0 0 1\n0 1 1 0\n2 7 8 9 3 0\n1 2 3 2\n1 3\n"}) {
+        const Opened opened(folder, "a.ply", head + rows);
+        EXPECT_EQ(opened.triangles(), (std::vector<uvec3>{{0, 1, 2}, {2, 1, 3}})) << rows;
+        EXPECT_EQ(opened.at(0)[3], vec3(1, 1, 0));
+        EXPECT_TRUE(opened.warnings.empty()) << opened.all_warnings();
+    }
+}
+
+TEST(FileReports, ANodeOfAGltfFileFarAwayHidesNoOther) {
+    const TemporaryFolder folder;
+    for (const char* translations : {R"([0, 0, 0]}, {"mesh": 0, "translation": [1e20, 0, 0])",
+                                     R"([1e20, 0, 0]}, {"mesh": 0, "translation": [0, 0, 0])"}) {
+        const Opened opened(
+            folder, "a.gltf",
+            std::string(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1]}],
+            "nodes": [{"mesh": 0, "translation": )") +
+                translations + R"(}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36,
+            "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+        EXPECT_EQ(opened.animation->bounds().upper, glm::dvec3(1, 1, 0)) << translations;
+    }
+}
+
 /// A square of this colour in linear floats, of vertices or of faces.
 std::string coloured_square(const std::string& type, const std::vector<std::string>& names,
                             const std::vector<double>& colour, bool of_faces = false) {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/library/scenes.h"
@@ -446,6 +447,57 @@ TEST_P(Reports, AFarVertexThatNoTriangleUsesOrThatIsOfAnotherMeshChangesNoBit) {
     EXPECT_EQ(both.last_update().left_out[0].too_far, 4u);
 }
 
+TEST_P(Reports, AMeshFarAwayHidesNoOther) {
+    const std::vector<Ray> rays = {ray({0.25f, 0.25f, 1}, {0, 0, -1})};
+    const std::vector<Hit> expected = hits_of(build(triangle(1)), rays);
+    for (const float far : {1e18f, 1e20f, 1e37f}) {
+        UserMesh away = triangle(1);
+        for (Vec3& p : away.points) p = {p.x + far, p.y + far, p.z};
+        const UserMesh large(torus(24, 12));
+        UserMesh large_away = large;
+        for (Vec3& p : large_away.points) p.x += far;
+        for (const auto& [meshes, near] : {std::pair(std::vector{triangle(1), away}, 0u),
+                                           {std::vector{away, triangle(1)}, 1u},
+                                           {std::vector{triangle(1), large_away}, 0u}}) {
+            const Scene scene = build(meshes);
+            EXPECT_EQ(scene.intersect(rays[0]).t, expected[0].t) << far;
+            EXPECT_EQ(scene.intersect(rays[0]).geom_id, near);
+            ASSERT_EQ(scene.last_update().left_out.size(), 1u);
+            EXPECT_EQ(scene.last_update().left_out[0].geom_id, 1 - near);
+            EXPECT_EQ(scene.last_update().left_out[0].too_far, meshes[1 - near].points.size());
+        }
+        // A pose, and a mesh that comes later.
+        Scene scene = build({triangle(1), large});
+        morphray::Transform thrown;
+        thrown.rows[0][3] = far;
+        EXPECT_EQ(scene.update(1, thrown).left_out.size(), 1u);
+        EXPECT_EQ(hits_of(scene, rays), expected) << far;
+        scene.attach(large_away.view(false));
+        EXPECT_EQ(scene.update().left_out.size(), 2u);
+        EXPECT_EQ(hits_of(scene, rays), expected) << far;
+    }
+    // Near enough for both.
+    UserMesh away = triangle(1);
+    for (Vec3& p : away.points) p.x += 1e15f;
+    const Scene both = build({triangle(1), away});
+    EXPECT_EQ(hits_of(both, rays), expected);
+    EXPECT_TRUE(both.last_update().left_out.empty());
+}
+
+TEST_P(Reports, ATriangleThatIsTooSmallIsTold) {
+    for (const auto& [side, count] : {std::pair(0x1p-56f, 0u), {0x1p-60f, 1u}, {0x1p-100f, 1u}}) {
+        UserMesh mesh = triangle(side);
+        mesh.points.insert(mesh.points.end(), {{4, 0, 0}, {5, 0, 0}, {4, 1, 0}, {4, 1, 0}});
+        // The last two have no area anyhow.
+        mesh.triangles.insert(mesh.triangles.end(), {3, 4, 5, 0, 0, 1, 4, 5, 6});
+        const Scene scene = build(mesh);
+        EXPECT_EQ(scene.last_update().left_out.size(), count) << side;
+        if (count > 0) {
+            EXPECT_EQ(scene.last_update().left_out[0].too_small, count);
+        }
+    }
+}
+
 bool is_inside(const Scene& scene, Vec3 point, FillRule rule = FillRule::nonzero) {
     std::uint8_t inside = 0;
     scene.contains(std::span(&point, 1), std::span(&inside, 1), rule);
@@ -510,6 +562,48 @@ TEST_P(Reports, Parry76ADegenerateTriangleIsItsSegment) {
     const ClosestPoint found = closest(build(mesh), {1.10000002f, -7.9000001f, 16.5879993f});
     EXPECT_NEAR(found.distance, 0.171478327, 1e-6);
     EXPECT_NEAR(found.u + found.v, 0.4166943, 1e-6);
+}
+
+TEST_P(Reports, OfManyTrianglesThatAreEquallyFarTheLowestIsTheClosest) {
+    // A vertex of each on a sphere, at whole coordinates; the others lie outside.
+    constexpr int kRadius = 105;
+    UserMesh mesh;
+    for (int x = -kRadius; x <= kRadius; ++x) {
+        for (int y = -kRadius; y <= kRadius; ++y) {
+            for (int z = -kRadius; z <= kRadius; ++z) {
+                if (x * x + y * y + z * z != kRadius * kRadius) continue;
+                const Vec3 p = {static_cast<float>(x), static_cast<float>(y),
+                                static_cast<float>(z)};
+                const auto first = static_cast<std::uint32_t>(mesh.points.size());
+                mesh.triangles.insert(mesh.triangles.end(), {first + 1, first + 2, first});
+                mesh.points.insert(mesh.points.end(),
+                                   {p, {2 * p.x, 2 * p.y, 2 * p.z}, {2 * p.x, 3 * p.y, 2 * p.z}});
+            }
+        }
+    }
+    ASSERT_GT(mesh.triangles.size(), std::size_t{3 * 128});
+    // The same vertex twice, and one that is a little nearer.
+    UserMesh nearer = mesh;
+    nearer.points[3 * 100] = {-0x1.a3fffep+6f, 0, 0};
+    UserMesh fan;
+    fan.points = {{0, 0, 1}};
+    for (int i = 0; i < 1000; ++i) {
+        const auto angle = static_cast<float>(i);
+        fan.points.push_back({std::cos(angle), std::sin(angle), 0});
+        if (i > 0) {
+            const auto at = static_cast<std::uint32_t>(i);
+            fan.triangles.insert(fan.triangles.end(), {at, 0, at + 1});
+        }
+    }
+    for (const auto& [asked, point, prim_id, far] : {std::tuple(&mesh, Vec3{0, 0, 0}, 0u, 105.0f),
+                                                     {&nearer, {0, 0, 0}, 100u, 0x1.a3fffep+6f},
+                                                     {&fan, {0, 0, 3}, 0u, 2.0f}}) {
+        const ClosestPoint found = closest(build(*asked), point);
+        EXPECT_EQ(found.prim_id, prim_id);
+        EXPECT_EQ(found.distance, far);
+        EXPECT_EQ(found.feature, morphray::Feature::vertex);
+        EXPECT_NEAR(std::abs(distance(build(*asked), point)), far, 1e-4);
+    }
 }
 
 TEST_P(Reports, Csxcad30AHalfLineThroughTheApexCountsOnce) {

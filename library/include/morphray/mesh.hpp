@@ -151,10 +151,10 @@ struct Appearance {
     /// 15, blue in 16 to 23. Empty: light grey.
     std::span<const std::uint32_t> albedo = {};
     /// For lit images, three numbers for each triangle. Corners with the same number share a
-    /// normal, the mean of their triangles at the current pose, so that these look smooth together;
-    /// at creases of more than 37 degrees they stay flat. MeshView::triangles itself makes all of
-    /// the mesh smooth, without memory for it. Empty: every triangle is flat. Numbers are below the
-    /// number of corners.
+    /// normal, the mean of their triangles, by their angles, at the current pose, so that these
+    /// look smooth together; at creases of more than 37 degrees they stay flat. MeshView::triangles
+    /// itself makes all of the mesh smooth, without memory for it. Empty: every triangle is flat.
+    /// Numbers are below the number of corners.
     std::span<const std::uint32_t> smooth = {};
     /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
     /// that the scene stands on.

@@ -63,7 +63,8 @@ struct QueryOptions {
     std::optional<std::span<const std::uint8_t>> visible = {};
     /// For each ray or point the triangle that does not exist for it, such as that of the hit on
     /// which a ray starts. With prim_id kNoPrim it is the whole mesh geom_id, such as the body that
-    /// carries a sensor. Another number of them throws bad_argument. Nothing: none.
+    /// carries a sensor; with kNoGeometry, too, none. Another number of them, and a triangle or
+    /// mesh that the scene does not have, throw bad_argument. Nothing: none.
     ///
     /// Answers have the bits of a scene of the remaining triangles with the same bounds. A closed
     /// mesh that loses a triangle is open (Scene::winding). With `visible` or `excluded` the host's

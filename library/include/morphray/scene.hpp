@@ -90,14 +90,16 @@ enum class Step {
 /// "build", "keep", ...
 MORPHRAY_API const char* to_string(Step step) noexcept;
 
-/// The vertices of a mesh whose triangles are never hit, as long as they are where they are.
-/// Vertices that no triangle uses do not count.
+/// The vertices of a mesh whose triangles are never hit, as long as they are where they are, and
+/// triangles that are not. Vertices that no triangle uses do not count.
 struct LeftOut {
     std::uint32_t geom_id = 0;
     std::uint64_t not_finite = 0;  ///< NaN, infinite, or beyond floats.
     /// Outside the scene's bounds, and more than 2^37 times as far from its origin as most vertices
     /// (Scene).
     std::uint64_t too_far = 0;
+    /// Triangles that have an area, but none in the steps of scene space, 2^-60 of its size.
+    std::uint64_t too_small = 0;
 };
 
 struct Update {
@@ -150,9 +152,11 @@ struct EdgeCounts {
     /// nothing. Triangles of the same direction are no twins: the surface winds twice there.
     std::uint64_t twins = 0;
 
-    /// True if inside, winding and the sign of distances are those of a solid. If all triangles are
-    /// twins, that is a solid without an inside.
-    bool is_closed() const { return uneven == 0; }
+    /// True if inside by the rule, the sign of distances and, for nonzero, winding are those of a
+    /// solid. If all triangles are twins, that is a solid without an inside.
+    bool is_closed(FillRule rule = FillRule::nonzero) const {
+        return uneven == (rule == FillRule::odd ? turned : 0);
+    }
     bool operator==(const EdgeCounts&) const = default;
 };
 
@@ -171,10 +175,12 @@ struct EdgeCounts {
 /// Far vertices: the steps of scene space are 2^-60 of the scene's size, so that one vertex far
 /// away would make all others coarse. So let r be the least power of two that holds the largest
 /// coordinate, relative to the origin, of more than half of the vertices that are finite, used by a
-/// triangle and not at the origin. Vertices outside the bounds (SceneOptions::bounds) that have a
-/// coordinate beyond 2^37 r, and beyond the power of two that holds the bounds, are left out as if
-/// they were not finite: their triangles are never hit, and everything else has the bits of a scene
-/// without them. Update::left_out counts them. Vertices that no triangle uses are never read.
+/// triangle and not at the origin; where that is beyond 2^52 times the bounds, or the size of
+/// at least half of the meshes of a scene without bounds, r is theirs. Vertices outside the bounds
+/// (SceneOptions::bounds) that have a coordinate beyond 2^37 r, and beyond the power of two that
+/// holds the bounds, are left out as if they were not finite: their triangles are never hit, and
+/// everything else has the bits of a scene without them. Update::left_out counts them. Vertices
+/// that no triangle uses are never read.
 ///
 /// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
 /// triangle for the tree. A mesh that has coordinates below 2^-36 of the bounds, such as 1e-17, or
@@ -280,8 +286,10 @@ public:
     /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
     /// without an area. The corners of a triangle are counter-clockwise as seen from where its
     /// normal points. `smooth` interpolates the normals of the corners, as lit images do, where
-    /// Appearance::smooth gives them. O(triangles) for the first smooth ones after an update.
-    /// Throws bad_argument if sizes differ or a hit is none of this scene.
+    /// Appearance::smooth gives them: means of those of their triangles, weighted by angles; a
+    /// corner more than 37 degrees off the triangle's own takes that. O(triangles) for the first
+    /// smooth ones after an update. Throws bad_argument if sizes differ or a hit is none of this
+    /// scene.
     void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a

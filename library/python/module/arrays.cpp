@@ -110,8 +110,14 @@ std::vector<std::uint32_t> ids_of(const py::array& array, const std::string& nam
                       : has_dtype<std::int64_t>(array)  ? &copy_ids<std::int64_t>
                       : has_dtype<std::uint64_t>(array) ? &copy_ids<std::uint64_t>
                                                         : nullptr;
-    if (copy == nullptr) throw_dtype(array, name, "uint32, int32, uint64 or int64");
-    return copy(array, name, columns, what, may_be_none);
+    if (copy != nullptr) return copy(array, name, columns, what, may_be_none);
+    const char kind = array.dtype().kind();
+    if (kind != 'i' && kind != 'u')
+        throw py::type_error(name + ": integers are needed, not " +
+                             text_of(array.dtype().attr("str")) + "; astype() makes a copy");
+    const py::dtype wide =
+        kind == 'i' ? py::dtype::of<std::int64_t>() : py::dtype::of<std::uint64_t>();
+    return ids_of(array.attr("astype")(wide), name, columns, what, may_be_none);
 }
 
 /// Colours of 3 or 4 bytes as numbers; `alpha` is that of those of 3.
@@ -341,7 +347,9 @@ QueryArray hit_array_of(const py::object& object) {
 
 std::optional<std::vector<std::uint8_t>> visible_of(const py::object& object) {
     if (object.is_none()) return {};
-    const py::array array = require<bool>(object, "visible", "bool");
+    const py::array array = array_of(object, "visible");
+    // [] is an array of float64.
+    if (array.size() > 0 && !has_dtype<bool>(array)) throw_dtype(array, "visible", "bool");
     if (array.ndim() != 1) throw_shape(array, "visible", "(G,)");
     const py::array packed = contiguous(array, 1);
     const auto* const flags = static_cast<const std::uint8_t*>(packed.data());

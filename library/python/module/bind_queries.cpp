@@ -77,7 +77,9 @@ template <class Work>
 void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
               bool in_one_batch, Work work) {
     const QuerySettings settings{keywords, rays};
-    const std::size_t size = in_one_batch ? rays.count : batch_size(rays, keywords.coherence);
+    // In one batch errors of `excluded` have the number of the ray.
+    const std::size_t size =
+        in_one_batch || settings.excluded ? rays.count : batch_size(rays, keywords.coherence);
     scene.query(rays.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
         for_each_batch(rays, size, [&](std::size_t first, std::span<const Ray> batch) {
             work(asked, first, batch, settings.of(first, batch.size(), cancelled));
@@ -190,6 +192,7 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
 py::array winding(PyScene& scene, const py::object& points, const py::object& out,
                   const py::object& visible, const py::object& excluded, const py::object& threads,
                   Cancel* cancel) {
+    scene.warn_if_open({});
     return answer_points<std::int32_t>(
         scene, points, out, py::dtype::of<std::int32_t>(),
         {{}, visible, excluded, threads_named(threads), cancel},
@@ -202,6 +205,7 @@ py::array contains(PyScene& scene, const py::object& points, const py::object& o
                    const py::object& rule, const py::object& visible, const py::object& excluded,
                    const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
+    scene.warn_if_open(fill);
     return answer_points<std::uint8_t>(
         scene, points, out, py::dtype::of<bool>(),
         {{}, visible, excluded, threads_named(threads), cancel},
@@ -250,6 +254,7 @@ py::array signed_distance(PyScene& scene, const py::object& points, const py::ob
                           const py::object& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
+    scene.warn_if_open(fill);
     return answer_points<float>(
         scene, points, out, py::dtype::of<float>(),
         {{}, visible, excluded, threads_named(threads), cancel},
@@ -276,7 +281,7 @@ coherence: for speed alone: "none"; "sort" for rays in any order; or the width o
 visible: (G,) bool, one for each geom_id up to the highest: the meshes that exist for the call. None: all
 excluded: (N,) hit_dtype or closest_dtype, or (N, 2) integers, geom_id and prim_id: for each ray a triangle
       that it leaves out, such as that on which it starts; with a prim_id of -1 all of the mesh, such as the
-      body that carries a sensor. None: none
+      body that carries a sensor; two times -1, as a miss has: nothing. None: none
 threads: "all" of the device, or that which is "calling"
 cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 
@@ -316,7 +321,8 @@ memory does not suffice.)",
 Corners are counter-clockwise as seen from where the normal points.
 
 hits:   an array of hit_dtype or closest_dtype; more axes in front are kept
-smooth: interpolate the normals of the corners, as lit images do)",
+smooth: interpolate the normals of the corners, as lit images do: means of the normals of their triangles,
+        weighted by the angles there; a corner more than 37 degrees off the triangle's own takes that)",
              arg("hits"), arg("smooth") = false)
         .def(
             "winding", &winding,

@@ -337,15 +337,19 @@ void bind_update(py::module_& module) {
         .def("__repr__", [](const Update& update) {
             return fmt::format("<morphray.Update {}: {}>", to_string(update.step), update.reason);
         });
-    py::class_<LeftOut>(module, "LeftOut",
-                        "Points of a mesh whose triangles are not hit at this pose.")
+    py::class_<LeftOut>(
+        module, "LeftOut",
+        "Points of a mesh whose triangles are not hit at this pose, and such triangles.")
         .def_readonly("geom_id", &LeftOut::geom_id)
         .def_readonly("not_finite", &LeftOut::not_finite, "NaN, infinite, or beyond float32.")
         .def_readonly("too_far", &LeftOut::too_far,
                       "Outside the bounds, and 2^37 times as far from the origin as most.")
+        .def_readonly("too_small", &LeftOut::too_small,
+                      "Triangles whose area is lost in the steps of 2^-60 of the scene's size.")
         .def("__repr__", [](const LeftOut& mesh) {
-            return fmt::format("<morphray.LeftOut mesh {}: {} not finite, {} too far>",
-                               mesh.geom_id, mesh.not_finite, mesh.too_far);
+            return fmt::format(
+                "<morphray.LeftOut mesh {}: {} not finite, {} too far, {} too small>", mesh.geom_id,
+                mesh.not_finite, mesh.too_far, mesh.too_small);
         });
     py::class_<EdgeCounts>(module, "EdgeCounts", "Of Scene.edge_counts().")
         .def_readonly("open", &EdgeCounts::open, "Edges of one triangle.")
@@ -356,8 +360,9 @@ void bind_update(py::module_& module) {
                       "Edges that are run through more often in one direction.")
         .def_readonly("twins", &EdgeCounts::twins,
                       "Triangles of which another has the same places in the opposite direction.")
-        .def_property_readonly("is_closed", &EdgeCounts::is_closed,
-                               "True if inside and winding are those of a solid.")
+        .def_property_readonly(
+            "is_closed", [](const EdgeCounts& edges) { return edges.is_closed(); },
+            "True if inside and winding are those of a solid.")
         .def("__repr__", [](const EdgeCounts& edges) {
             return fmt::format("<morphray.EdgeCounts {} open, {} shared, {} turned, {} twins>",
                                edges.open, edges.shared, edges.turned, edges.twins);
@@ -401,7 +406,7 @@ points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.
            (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list is
            copied: later poses are given to update(). Triangles with points that are NaN or infinite are
            never hit.
-triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
+triangles: (T, 3) integers of any type, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
            with geom_ids 0, 1, ... in order.
 device:    a Device, "cpu", "vulkan" or "brute"

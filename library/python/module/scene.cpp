@@ -66,6 +66,10 @@ void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& w
     }
 }
 
+void warn(const std::string& text) {
+    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+}
+
 template <class Lock>
 Lock locked(Lock lock) {
     if (!lock) throw Error(ErrorCode::busy, "another thread is using this scene");
@@ -154,10 +158,24 @@ void PyScene::choose_origin() {
     scene_ = std::move(scene);
 }
 
+void PyScene::warn_if_open(std::optional<FillRule> rule) {
+    auto& [is_nonzero_checked, is_odd_checked] = has_checked_edges_;
+    if (!rule && is_odd_checked) return;
+    const FillRule by = rule.value_or(FillRule::nonzero);
+    if ((by == FillRule::odd ? is_odd_checked : is_nonzero_checked).exchange(true)) return;
+    const EdgeCounts edges = read([](const Scene& scene) { return scene.edge_counts(); });
+    if (edges.is_closed(by) && edges.twins == 0) return;
+    warn(fmt::format(
+        "edges: {} open, {} of more than two triangles, {} turned{}; inside, winding and "
+        "signs of distances need closed meshes{}",
+        edges.open, edges.shared, edges.turned,
+        edges.twins == 0 ? "" : fmt::format(", {} twins", edges.twins),
+        by == FillRule::nonzero && edges.is_closed(FillRule::odd) && edges.twins == 0
+            ? R"(; rule="odd" is right where triangles are only turned)"
+            : ""));
+}
+
 void PyScene::warn_of_points(const Update& update) {
-    const auto warn = [](const std::string& text) {
-        if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
-    };
     for (const auto& [geom_id, points] : points_) {
         if (has_warned_of_rounding_) break;
         if (!rounds_coarsely(positions_of(points, "points"), scene_->origin())) continue;
@@ -169,10 +187,13 @@ void PyScene::warn_of_points(const Update& update) {
     }
     for (const LeftOut& mesh : update.left_out) {
         if (!warned_of_left_out_.insert(mesh.geom_id).second) continue;
-        warn(
-            fmt::format("points of mesh {}: {} are not finite and {} too far from all others; "
-                        "their triangles are never hit (Update.left_out)",
-                        mesh.geom_id, mesh.not_finite, mesh.too_far));
+        warn(fmt::format(
+            "points of mesh {}: {} are not finite and {} too far from all others{}; "
+            "their triangles are never hit (Update.left_out)",
+            mesh.geom_id, mesh.not_finite, mesh.too_far,
+            mesh.too_small == 0
+                ? ""
+                : fmt::format(", and {} triangles too small beside the scene", mesh.too_small)));
     }
 }
 
@@ -249,6 +270,7 @@ std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
     }();
     next_points_.insert_or_assign(geom_id, mesh.points);
     warned_of_left_out_.erase(geom_id);
+    for (std::atomic<bool>& has_checked : has_checked_edges_) has_checked = false;
     if (empty_options_) waiting_.insert_or_assign(geom_id, mesh);
     return geom_id;
 }

@@ -70,6 +70,9 @@ public:
         return work(*scene_);
     }
     std::unique_ptr<PyScene> on(const Device& device);
+    /// Warns once if inside by the rule is not that of a solid; without one, for windings, only if
+    /// no rule has been asked for.
+    void warn_if_open(std::optional<FillRule> rule);
 
     /// Held by queries. Throws Error(busy) during a change.
     std::shared_lock<std::shared_mutex> query_lock();
@@ -97,6 +100,8 @@ private:
     std::map<std::uint32_t, BorrowedMesh> waiting_;
     std::optional<SceneOptions> empty_options_;
     bool has_warned_of_rounding_ = false;
+    /// By rule. A mesh that is attached is checked, too.
+    std::array<std::atomic<bool>, 2> has_checked_edges_ = {};
     std::set<std::uint32_t> warned_of_left_out_;
     std::shared_mutex mutex_;
 };

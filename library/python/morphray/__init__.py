@@ -57,8 +57,7 @@ class Textures(_NamedTuple):
     images:    (H, W, 3) or (H, W, 4) uint8, the top row first and encoded as in image files, or a
                list of such arrays
     texcoords: (T, 3, 2) float32: u and v of the corners of each triangle, from the lower left
-    ids:       (T,) uint32, int32, uint64 or int64: the image of each triangle, or INVALID_ID for
-               none; None: the first of all
+    ids:       (T,) integers: the image of each triangle, or INVALID_ID for none; None: the first of all
     wrap:      beyond the image, "repeat" it or "clamp" to its border
     alpha_cutoff: from 0 to 1, or a list of one an image: where alpha / 255, linear between texels, is
                below it, rays of lit images pass. Queries and other images ignore it
@@ -75,7 +74,7 @@ class Mesh(_NamedTuple):
     """A mesh of a Scene of several. The fields are arguments of Scene.
 
     points:    (V, 3) float32, borrowed
-    triangles: (T, 3) uint32, int32, uint64 or int64
+    triangles: (T, 3) integers
     deforms:   whether Scene.update() reads the points again
     albedo:    (T, 3) uint8, (T,) uint32, or None
     textures:  Textures, or None

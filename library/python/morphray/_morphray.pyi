@@ -87,6 +87,7 @@ class LeftOut:
     geom_id: Final[int]
     not_finite: Final[int]
     too_far: Final[int]
+    too_small: Final[int]
 
 class Update:
     step: Final[str]

@@ -1,5 +1,7 @@
 """Scene.render_views(): cameras of many views to arrays of their pixels."""
 
+import operator
+
 import numpy as np
 
 from ._morphray import Scene
@@ -96,7 +98,13 @@ def render_views(self, eyes=None, targets=None, *, camera_to_world=None, intrins
         places = _rows("eyes", eyes, (3,))
         cameras = np.hstack([places] + [_rows(name, points, (3,), len(places))
                                         for name, points in [("targets", targets), ("up", up)]])
-    width, height = size
+    try:
+        width, height = map(operator.index, size)
+    except (TypeError, ValueError):
+        raise TypeError("size: two whole numbers (width, height) are needed, not "
+                        f"{size!r}") from None
+    if width < 1 or height < 1:
+        raise ValueError(f"size: {size} has no pixels; give a width and a height of 1 or more")
     out = out or {}
     names = [channels] if isinstance(channels, str) else channels
     arrays = {name: _array(name, (len(cameras), height, width), out) for name in names}

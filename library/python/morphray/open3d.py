@@ -74,6 +74,8 @@ class RaycastingScene:
 
     nthreads: the threads of the device, 0 for all of the machine
     device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes
+    rule:     which points are inside: "odd" numbers of crossings, as in Open3D, or "nonzero" windings,
+              for which overlapping meshes are one
 
     rays are (..., 6) float32, org and dir, and query_points (..., 3) float32. Axes in front are kept in
     the results. nthreads and nsamples of the methods have no effect: inside is exact. Unlike in Open3D,
@@ -85,11 +87,12 @@ class RaycastingScene:
 
     INVALID_ID: int = _morphray.INVALID_ID
 
-    def __init__(self, nthreads: int = 0, device: Any = None) -> None:
+    def __init__(self, nthreads: int = 0, device: Any = None, *, rule: str = "odd") -> None:
         if device is None or str(device).upper().startswith("CPU"):
             device = _morphray.Device.cpu(threads=nthreads)
         # One device for all scenes.
         self._device = _morphray.Scene([], device=device).device
+        self._rule = rule
         self._meshes: List[Any] = []
         self._built = None
         self._lock = _threading.Lock()
@@ -98,7 +101,7 @@ class RaycastingScene:
         """Adds a mesh, which is copied, and returns its geometry ID: 0, 1, ... in order.
 
         vertex_positions: (V, 3) float32; or, alone, a TriangleMesh of o3d.t.geometry
-        triangle_indices: (T, 3) uint32, int32, uint64 or int64
+        triangle_indices: (T, 3) integers
         """
         if triangle_indices is None:
             mesh = vertex_positions
@@ -187,13 +190,14 @@ class RaycastingScene:
                                 nsamples: int = 1) -> NDArray[np.float32]:
         """The distances to the meshes, negative inside (compute_occupancy()). NaN for a point that
         is not finite."""
-        return _results(self._scene().signed_distance(_array(query_points)), query_points)
+        distances = self._scene().signed_distance(_array(query_points), rule=self._rule)
+        return _results(distances, query_points)
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
-        """Finds which points are inside, as Scene.contains(): 1 inside or on a triangle, 0 outside.
-        Overlapping meshes count as one. Meshes with holes have no inside."""
-        inside = self._scene().contains(_array(query_points))
+        """Finds which points are inside by `rule`, as Scene.contains(): 1 inside or on a triangle, 0
+        outside. Meshes with holes have no inside."""
+        inside = self._scene().contains(_array(query_points), rule=self._rule)
         return _results(inside.astype(np.float32), query_points)
 
     @staticmethod

@@ -55,6 +55,18 @@ def _rows(array, name):
     return rows
 
 
+def _key_of(mesh):
+    """What changes with the mesh: its hash if its class has one, else what the cache of a trimesh
+    holds for it; None for other meshes."""
+    if type(mesh).__hash__ not in (None, object.__hash__):
+        return hash(mesh)
+    cache = getattr(mesh, "_cache", None)
+    if not hasattr(cache, "verify"):
+        return None
+    cache.verify()
+    return getattr(cache, "id_current", None)
+
+
 def _faces_of(mesh):
     faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
@@ -151,35 +163,42 @@ class _Frame(_typing.NamedTuple):
 class _MeshScene:
     """A scene that follows a mesh."""
 
-    def __init__(self, mesh, device):
+    def __init__(self, mesh, device, rule):
         self.mesh = mesh
         self.device = device
+        self.rule = rule
         self._lock = _threading.Lock()
         self._key = None
         self.scene = None
 
     def __getstate__(self):
-        return self.mesh, self.device
+        return self.mesh, self.device, self.rule
 
     def __setstate__(self, state):
         self.__init__(*state)
 
     def update(self):
-        """Brings all members to the mesh. A hash of its class, as trimesh's have, tells whether it has
-        changed; otherwise the arrays are compared."""
-        has_hash = type(self.mesh).__hash__ not in (None, object.__hash__)
+        """Brings all members to the mesh. _key_of() tells whether it has changed; without a key the
+        arrays are compared."""
         with self._lock:
-            key = hash(self.mesh) if has_hash else None
+            key = _key_of(self.mesh)
             if key is not None and key == self._key:
                 return
             try:
-                vertices = _rows(np.array(self.mesh.vertices, subok=True), "vertices")
-                self._read(vertices, _faces_of(self.mesh))
+                if self.scene is None or not self._is_same():
+                    # A copy, whose rows are read in place.
+                    vertices = np.array(self.mesh.vertices, order="C", subok=True)
+                    self._read(_rows(vertices, "vertices"), _faces_of(self.mesh))
             except BaseException:
                 # Members may be of two poses. The next query builds anew.
                 self.scene = self._key = None
                 raise
             self._key = key
+
+    def _is_same(self):
+        """Whether the arrays have not changed, as far as this is quick to find."""
+        return (np.array_equal(self.mesh.vertices, self.vertices)
+                and np.array_equal(self.mesh.faces, self.faces))
 
     def _read(self, vertices, faces):
         same_faces = self.scene is not None and np.array_equal(faces, self.faces)
@@ -231,7 +250,7 @@ class _MeshScene:
 
     def _winds_around(self, points):
         rounded = self.frame.points(points)
-        inside = self.scene.contains(rounded)
+        inside = self.scene.contains(rounded, rule=self.rule)
         found = self.scene.closest_points(rounded, max_distance=_NEAR)
         near = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
         if len(near) == 0:
@@ -241,16 +260,37 @@ class _MeshScene:
         owner, faces = np.unique([owner // 3, faces], axis=1)
         on_rounded = (found["distance"][near] == 0)[:, None]
         beside = rounded[near] + np.where(on_rounded, _BESIDE, 0)
-        before, _ = _sides(self._points[self.faces[faces]].astype(np.float64), beside, owner)
-        after, is_on = _sides(self.frame.exact(self.vertices[self.faces[faces]]),
+        rows = self.faces[faces]
+        if self.rule == "odd":
+            rows = _aligned(rows, owner)
+        before, _ = _sides(self._points[rows].astype(np.float64), beside, owner)
+        after, is_on = _sides(self.frame.exact(self.vertices[rows]),
                               self.frame.exact(points[near]), owner)
         winding = self.scene.winding(rounded[near]) - before + after
-        inside[near] = is_on | (winding != 0)
+        # Each crossing changes the winding by 1, so that both are odd together.
+        inside[near] = is_on | ((winding if self.rule == "nonzero" else winding & 1) != 0)
         return inside
 
     def closest_on(self, faces, points):
         """For each point the closest one of its face."""
         return _closest_on(self.vertices[self.faces[faces]], self.normals(faces), points)
+
+
+def _aligned(faces, owner):
+    """Faces of one owner that share edges, turned into the direction of the first of them."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    edges = np.stack([np.repeat(owner, 3), np.minimum(start, end), np.maximum(start, end)])
+    order = np.lexsort(edges)
+    shared = (np.diff(edges[:, order]) == 0).all(axis=0)
+    a, b = order[:-1][shared], order[1:][shared]
+    differ = start[a] == start[b]
+    # Twice the first face that each is connected to, and whether it is to be turned.
+    label, before = 2 * np.arange(len(faces)), None
+    while differ.any() and (before is None or (label != before).any()):
+        before = label.copy()
+        np.minimum.at(label, b // 3, label[a // 3] ^ differ)
+        np.minimum.at(label, a // 3, label[b // 3] ^ differ)
+    return np.where(label[:, None] & 1, faces[:, ::-1], faces)
 
 
 def _sides(corners, points, owner):
@@ -286,6 +326,8 @@ class RayMeshIntersector:
     geometry:     the mesh
     scale_to_box: has no effect
     device:       what morphray.Scene takes
+    rule:         which points are inside: "odd" numbers of crossings, as in trimesh, or "nonzero"
+                  windings, for which overlapping bodies are one
 
     ray_origins and ray_directions are (n, 3) numbers; directions have any length but 0. A ray hits
     what it starts on, as in trimesh. A ray through an edge or a vertex of a closed mesh has one hit
@@ -294,9 +336,10 @@ class RayMeshIntersector:
     Any number of threads may use it at the same time; nothing may change the mesh meanwhile.
     """
 
-    def __init__(self, geometry: Any, scale_to_box: bool = True, *, device: Any = "cpu") -> None:
+    def __init__(self, geometry: Any, scale_to_box: bool = True, *, device: Any = "cpu",
+                 rule: str = "odd") -> None:
         self.mesh = geometry
-        self._followed = _MeshScene(geometry, device)
+        self._followed = _MeshScene(geometry, device, rule)
 
     def intersects_id(self, ray_origins: ArrayLike, ray_directions: ArrayLike,
                       multiple_hits: bool = True, max_hits: Optional[int] = None,
@@ -334,9 +377,9 @@ class RayMeshIntersector:
         return self.intersects_first(ray_origins, ray_directions, excluded=excluded) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Finds which points are inside, as Scene.contains(). Nearer to the mesh than 2^-22 of its
-        size, the side of the closest triangle in float64 decides. None outside of the bounds is
-        inside."""
+        """Finds which points are inside by `rule`, as Scene.contains(). Nearer to the mesh than 2^-22
+        of its size, the side of the closest triangle in float64 decides. None outside of the bounds
+        is inside."""
         rows = _rows(points, "points")
         self._followed.update()
         return self._followed.contains(rows)
@@ -354,7 +397,7 @@ class RayMeshIntersector:
             if excluded.shape != origins.shape[:1]:
                 raise ValueError(f"excluded: a shape of ({len(origins)},) is needed, not "
                                  f"{excluded.shape}")
-            excluded = np.stack([np.zeros_like(excluded), excluded], axis=-1)
+            excluded = np.stack([np.where(excluded == -1, -1, 0), excluded], axis=-1)
         self._followed.update()
         rays = self._cast_from(origins, directions)
         if multiple_hits:
@@ -423,10 +466,10 @@ def _first_of_each(hits, count):
 
 class ProximityQuery:
     """Distances from a mesh, as trimesh.proximity.ProximityQuery, in units of the mesh. It has no
-    vertex(): mesh.kdtree.query() answers that."""
+    vertex(): mesh.kdtree.query() answers that. device and rule are those of RayMeshIntersector."""
 
-    def __init__(self, mesh: Any, *, device: Any = "cpu") -> None:
-        self._followed = _MeshScene(mesh, device)
+    def __init__(self, mesh: Any, *, device: Any = "cpu", rule: str = "odd") -> None:
+        self._followed = _MeshScene(mesh, device, rule)
 
     def on_surface(self, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
         """Finds the closest points of the mesh. Returns (closest, distance, triangle_id).

@@ -147,21 +147,14 @@ void PoseReader::for_each_world_run(const MeshSlot& mesh, std::size_t begin, std
     }
 }
 
-mray::PoseExtent PoseReader::extent_of(const MeshList& meshes, mray::ThreadArena& arena) const {
-    mray::PoseExtent all;
-    for (const MeshSlot& mesh : meshes.slots()) {
-        if (!mesh.used) continue;
-        all.extend(
-            for_each_part(0, mesh.vertex_count(), arena, [&](std::size_t first, std::size_t count) {
-                mray::PoseExtent part;
-                mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
-                    for_each_world_run(mesh, from, to,
-                                       [&](std::size_t, auto run) { part.add(run); });
-                });
-                return part;
-            }));
-    }
-    return all;
+mray::PoseExtent PoseReader::extent_of(const MeshSlot& mesh, mray::ThreadArena& arena) const {
+    return for_each_part(0, mesh.vertex_count(), arena, [&](std::size_t first, std::size_t count) {
+        mray::PoseExtent part;
+        mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
+            for_each_world_run(mesh, from, to, [&](std::size_t, auto run) { part.add(run); });
+        });
+        return part;
+    });
 }
 
 void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
@@ -191,8 +184,15 @@ void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
 
 /// Brings all positions into the space of the pose.
 void PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
-    const mray::PoseExtent pose = extent_of(meshes, arena);
-    if (bounds_.empty()) bounds_ = pose.bounds(pose.limit());
+    mray::PoseExtent pose;
+    std::vector<WorldBounds> parts;
+    for (const MeshSlot& mesh : meshes.slots()) {
+        if (!mesh.used) continue;
+        const mray::PoseExtent part = extent_of(mesh, arena);
+        pose.extend(part);
+        parts.push_back(part.bounds(part.limit()));
+    }
+    if (bounds_.empty()) bounds_ = mray::bounds_of_parts(pose, std::move(parts));
     const mray::SceneSpace space = mray::space_of_pose(bounds_, pose);
     is_extended_ = space != mray::SceneSpace(bounds_);
     if (space != space_) move_to(space, meshes, arena);
@@ -239,18 +239,40 @@ std::vector<LeftOut> PoseReader::left_out(const MeshList& meshes) const {
     for (std::uint32_t id = 0; id < meshes.slots().size(); ++id) {
         const MeshSlot& mesh = meshes.slots()[id];
         const auto kept = kept_.find(mesh.first_vertex);
-        if (!mesh.used || kept == kept_.end() || !kept->second.any_left_out) continue;
-        LeftOut one{.geom_id = id};
-        mesh.for_each_used(0, mesh.vertex_count(), [&](std::size_t begin, std::size_t end) {
+        if (!mesh.used || kept == kept_.end()) continue;
+        LeftOut one{.geom_id = id, .too_small = count_too_small(mesh, meshes.topology())};
+        const std::size_t count = kept->second.any_left_out ? mesh.vertex_count() : 0;
+        mesh.for_each_used(0, count, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const vec3& world = kept->second.world[i];
                 if (space_.keeps(world)) continue;
                 ++(mray::all_finite(world) ? one.too_far : one.not_finite);
             }
         });
-        if (one.not_finite + one.too_far > 0) all.push_back(one);
+        if (one.not_finite + one.too_far + one.too_small > 0) all.push_back(one);
     }
     return all;
+}
+
+/// Triangles of a mesh that is kept whose area is lost in the steps of scene space.
+std::uint64_t PoseReader::count_too_small(const MeshSlot& mesh,
+                                          const mray::Topology& topology) const {
+    constexpr float kFewSteps = 0x1p-38f;
+    const std::vector<vec3>& world = kept_.at(mesh.first_vertex).world;
+    const auto is_too_small = [&](const mray::uvec3& t) {
+        const vec3 a = positions()[t.x];
+        const vec3 b = positions()[t.y];
+        const vec3 c = positions()[t.z];
+        const vec3 size = glm::max(glm::abs(b - a), glm::abs(c - a));
+        if (std::max({size.x, size.y, size.z}) > kFewSteps) return false;
+        if (a.x == mray::kInvalidCoordinate || mray::has_area(a, b, c)) return false;
+        const glm::dvec3 p = world[t.x - mesh.first_vertex];
+        return glm::cross(glm::dvec3(world[t.y - mesh.first_vertex]) - p,
+                          glm::dvec3(world[t.z - mesh.first_vertex]) - p) != glm::dvec3(0.0);
+    };
+    const std::span triangles =
+        std::span(topology.triangles).subspan(mesh.first_prim, mesh.prim_count);
+    return static_cast<std::uint64_t>(std::ranges::count_if(triangles, is_too_small));
 }
 
 mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {

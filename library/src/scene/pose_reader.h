@@ -65,7 +65,8 @@ private:
     template <class Use>
     void for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                             Use use) const;
-    mray::PoseExtent extent_of(const MeshList& meshes, mray::ThreadArena& arena) const;
+    mray::PoseExtent extent_of(const MeshSlot& mesh, mray::ThreadArena& arena) const;
+    std::uint64_t count_too_small(const MeshSlot& mesh, const mray::Topology& topology) const;
     void find_space(const MeshList& meshes, mray::ThreadArena& arena);
     void move_to(const mray::SceneSpace& space, const MeshList& meshes, mray::ThreadArena& arena);
 

@@ -90,16 +90,22 @@ void expect_near(vec3 actual, vec3 expected) {
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(actual[k], expected[k], 1e-6) << k;
 }
 
-TEST(VertexNormals, AreTheMeanOfTheirTriangles) {
+TEST(VertexNormals, AreTheMeanOfTheirTrianglesByAngle) {
     VertexNormals normals(kRoofTriangles, kRoofTriangles);
     normals.update(kRoof);
     ASSERT_EQ(normals.normals().size(), 6u);
     const float s = std::sqrt(0.5f);
     expect_near(normals.normals()[0], {-s, s, 0});
     expect_near(normals.normals()[4], {s, s, 0});
-    // Vertex 2 has two triangles on the right and two on the left side: its mean points up.
-    const vec3 ridge = unit(vec3(-s, s, 0) * 2.0f + vec3(s, s, 0));
-    expect_near(normals.normals()[2], ridge);
+    // Vertex 2 has two triangles on the left and one on the right side, and a right angle on both.
+    expect_near(normals.normals()[2], {0, 1, 0});
+    expect_near(normals.normals()[3], {0, 1, 0});
+    // A corner of 30 degrees beside one of 135, which lies in the plane x = 0.
+    const std::vector<vec3> fan = {{0, 0, 0}, {0, 1, 0}, {1, std::sqrt(3.0f), 0}, {0, -1, 1}};
+    const std::vector<uvec3> triangles = {{0, 2, 1}, {0, 1, 3}};
+    VertexNormals at(triangles, triangles);
+    at.update(fan);
+    expect_near(at.normals()[0], unit(vec3(135, 0, 30)));
 }
 
 TEST(VertexNormals, FollowTheNumbersNotTheVertices) {

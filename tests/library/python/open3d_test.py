@@ -78,6 +78,18 @@ def test_points_have_the_keys_and_dtypes_of_open3d():
     assert inside.tolist() == [1, 0, 1, 0] and inside.dtype == np.float32
 
 
+def test_insides_are_odd_crossings_as_in_open3d():
+    points, triangles = cube()
+    triangles[0] = triangles[0, ::-1]
+    where = np.array([[0.25, 0.75, 0.75], [-0.25, 0.25, 0.75], [0.75, 0.75, 0.75]], np.float32)
+    for rule, inside in [("odd", [1, 0, 0]), ("nonzero", [1, 0, 1])]:
+        scene = morphray.open3d.RaycastingScene(rule=rule)
+        scene.add_triangles(points, triangles if rule == "odd" else cube()[1])
+        scene.add_triangles(points + np.float32(0.5), cube()[1])
+        assert scene.compute_occupancy(where).tolist() == inside
+        assert (scene.compute_signed_distance(where) <= 0).tolist() == [i == 1 for i in inside]
+
+
 def test_answers_are_those_of_the_scene():
     points, triangles = grid(10)
     rays = six(random_rays(points, 600)).reshape(20, 30, 6)

@@ -1,5 +1,7 @@
 """Hits, all hits, insides and closest points, in arrays of their dtypes."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,24 @@ def test_open_edges_are_counted():
     assert not edges.is_closed and (edges.open, edges.turned) == (0, 0)
     assert edges.uneven == 3 and edges.shared > 0 and edges.twins == 22
     assert "22 twins" in repr(edges)
+
+
+def test_a_scene_warns_once_where_insides_are_not_those_of_a_solid():
+    points, triangles = cube()
+    turned = triangles.copy()
+    turned[0] = turned[0, ::-1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        morphray.Scene(points, triangles).contains(points)
+        scene = morphray.Scene(points, turned)
+        scene.signed_distance(points, rule="odd")
+        scene.closest_points(points)
+    with pytest.warns(UserWarning, match='3 turned;.*; rule="odd" is right where') as told:
+        scene.contains(points)
+        scene.signed_distance(points)
+    assert len(told) == 1
+    with pytest.warns(UserWarning, match="edges: 3 open, .* need closed meshes$"):
+        morphray.Scene(points, triangles[1:]).winding(points)
 
 
 def test_nothing_is_found_beyond_max_distance():

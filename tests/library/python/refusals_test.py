@@ -43,11 +43,11 @@ def test_bad_points(points, error, reason):
 
 @pytest.mark.parametrize("triangles, error, reason", [
     ("012", TypeError, "triangles: a numpy.ndarray is needed, not str"),
-    (TRIANGLES.astype(np.float32), TypeError, "dtype uint32, int32, uint64 or int64"),
-    (TRIANGLES.astype(">u4"), TypeError, "native byte order"),
+    (TRIANGLES.astype(np.float32), TypeError, "integers are needed, not <f4"),
+    (TRIANGLES.astype(bool), TypeError, "integers are needed, not |b1"),
     (TRIANGLES.ravel(), ValueError, r"a shape of \(T, 3\) is needed, not \(3,\)"),
     (np.array([[0, 1, 3]], np.uint32), morphray.Error, "triangle 0 has vertex 3"),
-    (np.array([[0, 1, 2], [0, -1, 2]]), morphray.Error, "triangle 1 has vertex -1"),
+    (np.array([[0, 1, 2], [0, -1, 2]], np.int8), morphray.Error, "triangle 1 has vertex -1"),
     (np.array([[0, 1, 2**32]]), morphray.Error, "triangle 0 has vertex 4294967296"),
     (np.ma.masked_equal(TRIANGLES, 2), ValueError, "triangles: elements of the array are masked"),
 ])
@@ -98,6 +98,13 @@ def test_bad_query_points(points, error, reason):
     (lambda s: s.normals(s.intersect(DOWN), smooth="yes"), TypeError, "^smooth: True or False is"),
     (lambda s: s.count(DOWN, excluded=[[0, 1, 2]]), ValueError, "excluded: a shape of the rays"),
     (lambda s: s.occluded(DOWN, visible=[0, 1]), TypeError, "visible: dtype bool"),
+    (lambda s: s.occluded(DOWN, visible=[]), morphray.Error, "visible: 0 flags, but 1 geom_ids"),
+    (lambda s: s.intersect(DOWN[[0, 0]], excluded=[[0, 0], [7, -1]]), morphray.Error,
+     "excluded: number 1 has the geom_id 7, which no mesh has"),
+    (lambda s: s.intersect_all(DOWN, excluded=[[0, 9]]), morphray.Error,
+     "excluded: number 0 has the prim_id 9 of mesh 0, which has"),
+    (lambda s: s.closest_points(POINTS, excluded=[[-1, -1], [0, 0], [2**31, 0]]), morphray.Error,
+     "excluded: number 2 has the geom_id 2147483648"),
     (lambda s: s.winding(POINTS, excluded=[[0, 1, 2]]), ValueError,
      "excluded: a shape of the points, and 2 is needed"),
     (lambda s: s.normals(DOWN), TypeError, "hits: dtype morphray.hit_dtype or"),

@@ -16,6 +16,22 @@ class Mesh:
         self.faces = faces
 
 
+class CachedMesh(Mesh):
+    """With a cache that knows a hash of its contents, as trimesh.Trimesh has."""
+
+    def __init__(self, vertices, faces):
+        super().__init__(vertices, faces)
+        self._cache = self
+
+    def verify(self):
+        self.id_current = hash(self.vertices.tobytes())
+
+
+class FortranMesh(Mesh):
+    def __setattr__(self, name, array):
+        super().__setattr__(name, np.asfortranarray(array))
+
+
 class HashedMesh(Mesh):
     """With a hash of its contents, as trimesh.Trimesh has."""
 
@@ -45,6 +61,7 @@ def test_rays_hit_triangles():
     first = rays.intersects_first(*UP)
     assert rays.intersects_first(*UP, excluded=first).tolist() == [triangles[1], -1, -1]
     assert rays.intersects_id(*UP, excluded=first)[0].tolist() == [triangles[1]]
+    assert rays.intersects_any(*UP, excluded=[-1, -1, -1]).tolist() == [True, True, False]
     with pytest.raises(ValueError, match="excluded: a shape of"):
         rays.intersects_any(*UP, excluded=[1])
     with pytest.raises(ValueError, match="ray_origins: elements of the array are masked"):
@@ -148,11 +165,15 @@ OCTAHEDRON = (np.concatenate([np.eye(3), -np.eye(3)]),
 
 
 @pytest.mark.parametrize("scale", [1.0, 1000.0])
-@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("turned", [[], [0, 1, 2, 3, 4, 5, 6, 7], [0, 5, 2], [4]])
 def test_the_side_next_to_the_surface_is_that_of_float64(scale, turned):
     random = np.random.default_rng(0)
-    vertices, faces = OCTAHEDRON[0] * scale, OCTAHEDRON[1]
-    rays, nearest = queries(Mesh(vertices, faces[:, ::-1] if turned else faces))
+    vertices, faces = OCTAHEDRON[0] * scale, OCTAHEDRON[1].copy()
+    # As in trimesh, the direction of triangles says nothing about insides.
+    faces[turned] = faces[turned, ::-1]
+    rays, nearest = queries(Mesh(vertices, faces))
+    outside = np.array([[0.25, 0.25, -0.75]]) * scale
+    assert not rays.contains_points(outside) and nearest.signed_distance(outside) < 0
     # Over faces, edges and corners: the sum of |x|, |y| and |z| tells the side.
     places = random.dirichlet([1, 1, 1], 4000)
     places[:1000, 0] = 0
@@ -167,10 +188,11 @@ def test_the_side_next_to_the_surface_is_that_of_float64(scale, turned):
             assert (rays.contains_points(points) == (side < 0)).all()
             signed = nearest.signed_distance(points)
             assert ((signed < 0) == ((side > 0) & (np.abs(signed) > 1e-8))).all()
-    # A box, whose faces are where points are rounded to; where two overlap all is inside.
+    # A box, whose faces are where points are rounded to.
     vertices, faces = cube()
-    rays, _ = queries(Mesh(np.concatenate([vertices, vertices + 0.5]),
-                           np.concatenate([faces, faces + len(vertices)])))
+    boxes = Mesh(np.concatenate([vertices, vertices + 0.5]),
+                 np.concatenate([faces, faces + len(vertices)]))
+    rays = morphray.trimesh.RayMeshIntersector(boxes, rule="nonzero")
     points = random.uniform(0.05, 0.95, (600, 3))
     points[range(600), random.integers(0, 3, 600)] = random.choice([0, 1], 600)
     for away in (1e-9, -1e-9):
@@ -178,6 +200,7 @@ def test_the_side_next_to_the_surface_is_that_of_float64(scale, turned):
         in_second = ((moved >= 0.5) & (moved <= 1.5)).all(axis=1)
         in_first = ((moved >= 0) & (moved <= 1)).all(axis=1)
         assert (rays.contains_points(moved) == (in_first | in_second)).all()
+        assert (queries(boxes)[0].contains_points(moved) == (in_first ^ in_second)).all()
 
 
 def test_no_point_outside_of_the_bounds_is_inside_a_mesh_with_holes():
@@ -186,7 +209,7 @@ def test_no_point_outside_of_the_bounds_is_inside_a_mesh_with_holes():
     assert not rays.contains_points([[0.5, 0.4, -0.5], [0.5, 0.4, 1.5]]).any()
 
 
-@pytest.mark.parametrize("mesh_class", [Mesh, HashedMesh])
+@pytest.mark.parametrize("mesh_class", [Mesh, HashedMesh, CachedMesh, FortranMesh])
 def test_a_mesh_that_changes_is_followed(mesh_class):
     mesh = mesh_class(*cube())
     rays, nearest = queries(mesh)

@@ -199,7 +199,9 @@ TEST(BadGltf, NumbersThatCannotBe) {
     EXPECT_TRUE(has(error_with(7, 0, 1.0f), "times 0 and 1 are equal; repair them"));
     EXPECT_EQ(error_with(7, 0, 1.0f, {.lenient = true}), "");
     EXPECT_TRUE(has(error_with(7, 0, 2.0f, {.lenient = true}), "times must increase"));
-    EXPECT_TRUE(has(error_with(7, 0, -1.0f), "time 0 is -1"));
+    EXPECT_TRUE(has(error_with(7, 0, -1.0f), "time 0 is -1, below 0; repair them"));
+    EXPECT_EQ(error_with(7, 0, -1.0f, {.lenient = true}), "");
+    EXPECT_TRUE(has(error_with(7, 0, nan, {.lenient = true}), "is not finite"));
     EXPECT_TRUE(has(error_with(7, 1, 1e9f), "time 1 is 1000000000"));
     EXPECT_TRUE(has(error_with(1, 5, std::uint8_t{255}), "uses joint 255"));
     EXPECT_TRUE(has(error_with(4, 2, std::uint16_t{65535}), "index 2 is 65535"));

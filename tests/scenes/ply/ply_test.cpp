@@ -292,8 +292,8 @@ const BadFiles kBadHeaders = {
 
 /// The rows of three vertices and a face.
 const BadFiles kBadRows = {
-    {"0 0 0\n1 0\n0 1 0\n3 0 1 2\n", ":11: fewer values than 'vertex' has"},
-    {"0 0 0\n1 0 0 5\n0 1 0\n3 0 1 2\n", ":11: more values than 'vertex' has"},
+    {"0 0 0\n1 0\n0 1 0\n3 0 1 2\n", ":11: more or fewer values than 'vertex' has"},
+    {"0 0 0\n1 0 0 5\n0 1 0\n3 0 1 2\n", ":11: more or fewer values than 'vertex' has"},
     {"0 0 0\n1 0 " + std::string(1000000, 'x') + "\n0 1 0\n3 0 1 2\n", ":11: 'xxx"},
     {"0 0 0\n1,5 0 0\n0 1 0\n3 0 1 2\n", ":11: '1,5' is not a number; write decimals with a point"},
     {"0 0 0\n1 \0 0\n0 1 0\n3 0 1 2\n"s, ":11: '\\x00' is not"},
@@ -306,11 +306,11 @@ const BadFiles kBadRows = {
     {kRows + "3 0 1.0 2\n", ":13: '1.0' is not a whole number"},
     {kRows + "3 0 1 " + std::string(30, '9') + "\n", ":13: vertex 1000000000000000000 of 3"},
     {kRows + "-3 0 1 2\n", ":13: list of -3 entries"},
-    {kRows + "4294967295 0 1 2\n", ":13: fewer values than 'face' has"},
-    {kRows + "3 0 1 2 2\n", ":13: more values than 'face' has"},
+    {kRows + "4294967295 0 1 2\n", ":14: ends within 'face' 0 of 1"},
+    {kRows + "3 0 1 2 2\n", ":13: more or fewer values than 'face' has"},
     {kRows + "1 0   \n", ":13: face of 1 corner"},
     {kRows + "0     \n", ":13: face of 0 corners"},
-    {kRows + "3 0 1\n3 2\n", ":13: fewer values than 'face' has"},
+    {kRows + "3 0 1\n3 2\n", ":14: vertex 3 of 3"},
 };
 
 void expect_refused(const std::string& bytes, const std::string& begin) {
