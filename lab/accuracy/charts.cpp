@@ -118,7 +118,8 @@ std::vector<ChartPoint> sorted_points(const std::vector<ChartPoint>& points, Ray
 
 plot::Panel panel_of(const std::vector<ChartPoint>& points, const TitledKind& rays,
                      plot::Panel own) {
-    const std::vector<ChartPoint> some = sorted_points(points, rays.kind);
+    std::vector<ChartPoint> some = sorted_points(points, rays.kind);
+    std::erase_if(some, [](const ChartPoint& point) { return point.method == "brute force"; });
     const auto [least, most] =
         std::ranges::minmax(some, {}, [](const ChartPoint& point) { return point.score.rays; });
     own["note"] =
