@@ -57,7 +57,7 @@ if(TARGET morphray)
         RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/morphray COMPONENT program)
     install(DIRECTORY scenes/examples/
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray/scenes COMPONENT program)
-    install(FILES report/plot.gp
+    install(FILES report/plot.py
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
     add_dependencies(morphray_install_files morphray_programs)
     # The man page is the program's help (Debian: help2man).

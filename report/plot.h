@@ -1,4 +1,4 @@
-// Figures of several panels, drawn by gnuplot from a CSV file with the script plot.gp.
+// Figures of several panels, drawn by matplotlib from a CSV file with the script plot.py.
 #pragma once
 
 #include <map>
@@ -8,23 +8,26 @@
 
 namespace mray::plot {
 
-/// One panel: the variables of plot.gp, without those that are empty.
+/// One panel: the texts that plot.py names. All panels of a figure have the same "kind".
 using Panel = std::map<std::string, std::string>;
 
 struct Figure {
     std::string title = {};
+    /// Below the panels.
     std::string footer = {};
-    /// Pixels.
-    int width = 640;
-    int panel_height = 200;
+    /// Not drawn; in the file's metadata.
+    std::string details = {};
     std::vector<Panel> panels = {};
 };
 
-/// Throws Error(kUnavailable) without gnuplot or its script; `who` begins the message.
-void require_gnuplot(std::string_view who);
+/// Throws Error(kUnavailable) without a python3 that has matplotlib, or without the script; `who`
+/// begins the message.
+void require_matplotlib(std::string_view who);
 
-/// Draws a figure of columns of this CSV as "svg", "pdf" or "png". Throws Error:
-/// kInternal if gnuplot fails, kUnavailable without the script, kOutput without a temporary file.
-std::string draw(const Figure& figure, std::string_view csv, std::string_view format);
+/// Draws a figure of columns of this CSV as "svg", "pdf" or "png"; `narrow` for phones and columns
+/// of a paper. Throws Error: kInternal if matplotlib fails, kUnavailable without the script,
+/// kOutput without a temporary file.
+std::string draw(const Figure& figure, std::string_view csv, std::string_view format,
+                 bool narrow = false);
 
 }  // namespace mray::plot

@@ -328,7 +328,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
             throw Error(ErrorKind::kBadArgument,
                         "--plot: curves need at least {} rounds; give --repeat {} or more",
                         kEnoughRounds, kEnoughRounds);
-        plot::require_gnuplot("--plot");
+        plot::require_matplotlib("--plot");
     }
     check_reports({options.json, options.csv, options.plot});
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);

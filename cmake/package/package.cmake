@@ -66,7 +66,7 @@ This package has the headers, packages for CMake and pkg-config, and examples.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME morphray)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libvulkan1)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, mesa-vulkan-drivers | vulkan-icd")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-matplotlib, mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${about}
 This package has the program, which renders animations, compares backends and
 measures updates.")

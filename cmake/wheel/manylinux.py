@@ -76,7 +76,7 @@ def make_wheel(version, build, libraries, folder):
         originals = _copy_libraries(files, libraries, package.with_name("morphray.libs"))
         files += originals
         paths = {str(path.relative_to(scratch)): path for path in files}
-        paths["morphray/share/morphray/plot.gp"] = ROOT / "report/plot.gp"
+        paths["morphray/share/morphray/plot.py"] = ROOT / "report/plot.py"
         paths[f"{morphray_build.NAME}.data/scripts/morphray"] = ROOT / "cmake/wheel/morphray"
         for original in originals.values():
             owner = _output("dpkg-query", "--search", f"*/{original.name}").split(":")[0]

@@ -157,7 +157,8 @@ std::vector<ChartPoint> measure(const ChartScene& scene, const MakeTracers& make
         for (std::size_t turn = 0; turn < effort.rounds * tracers.size(); ++turn) {
             const std::size_t at = (turn + chunk) % tracers.size();
             const ChartTracer& one = tracers[at];
-            if (one.slow && chunk >= effort.slow_chunks) continue;
+            // Slow methods take chunks from all of the run.
+            if (one.slow && chunk % (effort.chunks / effort.slow_chunks) != 0) continue;
             // To warm up.
             one.tracer.trace({one.tiles.begin, std::min(one.tiles.begin + 2, one.tiles.end)});
             times[at].push_back(timed([&] { one.tracer.trace(one.tiles); }));
@@ -166,7 +167,7 @@ std::vector<ChartPoint> measure(const ChartScene& scene, const MakeTracers& make
             Score score = judge.score(one.tracer.answers(), one.tiles);
             for (const double ms : times[at]) {
                 score.ms = ms;
-                score.mrays.push_back(score.mrays_per_second());
+                if (score.rays > 0) score.mrays.push_back(score.mrays_per_second());
             }
             score.ms = median(times[at]);
             points[at].score += score;

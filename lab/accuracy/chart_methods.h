@@ -54,7 +54,7 @@ std::string embree_name();
 struct Effort {
     std::size_t chunk_rays;
     std::size_t chunks = 1;
-    /// Of slow methods, and of failure scenes.
+    /// Of slow methods, a divisor of `chunks`; and the rays of failure scenes.
     std::size_t slow_chunks = 1;
     std::size_t failure_rays = 0;
     /// Each method traces a chunk so many times; the median time counts.
@@ -62,7 +62,7 @@ struct Effort {
 };
 /// Takes at most a minute for a scene on two cores.
 inline constexpr Effort kQuickEffort{
-    .chunk_rays = 65'536, .chunks = 4, .slow_chunks = 1, .failure_rays = 8'192};
+    .chunk_rays = 65'536, .chunks = 4, .slow_chunks = 4, .failure_rays = 8'192};
 /// 10^7 rays, of slow methods 10^6; takes some minutes.
 inline constexpr Effort kFullEffort{
     .chunk_rays = 262'144, .chunks = 40, .slow_chunks = 4, .failure_rays = 65'536};

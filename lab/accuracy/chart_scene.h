@@ -21,6 +21,8 @@ struct ChartInput {
     std::vector<vec3> positions;
     std::vector<double> frame_numbers = {};
     std::vector<std::vector<vec3>> frames = {};
+    /// What a failure scene breaks.
+    std::string breaks = {};
 };
 
 /// The program's methods trace scene space, all others world space. The mesh, the rays and the tree

@@ -21,7 +21,11 @@ constexpr std::string_view kColumns =
     "wrong upper 95 % [1/million],leaks,false misses,false hits,wrong triangles,close,displaced,"
     "beside,t median [ulp],t 99 % [ulp],t largest [ulp],u 99 % [ulp of 1],u largest [ulp of 1],"
     "v 99 % [ulp of 1],v largest [ulp of 1],speed [Mray/s],speed lower quartile [Mray/s],"
-    "speed upper quartile [Mray/s]";
+    "speed upper quartile [Mray/s],disturbed";
+
+/// Quartiles further apart than by this factor tell more of the machine than of the method.
+constexpr double kDisturbed = 1.5;
+bool is_disturbed(const Spread& speed) { return speed.upper > kDisturbed * speed.lower; }
 
 Table table_with(std::vector<std::string> header) {
     for (const std::string_view column : split(kColumns, ',')) header.emplace_back(column);
@@ -45,102 +49,154 @@ void add_row(Table& table, std::vector<std::string> row, const Score& score) {
     for (const double error : {t.quantile(0.5), t.quantile(0.99), t.largest(), u.quantile(0.99),
                                u.largest(), v.quantile(0.99), v.largest()})
         row.push_back(has_t ? number(error) : "");
-    const Spread spread = spread_of(score.mrays);
-    for (const double speed : {score.mrays_per_second(), spread.lower, spread.upper})
+    const Spread spread = score.speed();
+    for (const double speed : {spread.median, spread.lower, spread.upper})
         row.push_back(number(speed));
+    row.emplace_back(is_disturbed(spread) ? "disturbed" : "");
     table.add(std::move(row));
 }
 
 /// "4096", "10.5 million".
 std::string count_text(std::uint64_t count) {
-    if (count < 100'000) return std::to_string(count);
+    if (count < 1'000'000) return std::to_string(count);
     return fmt::format("{:.3g} million", 1e-6 * static_cast<double>(count));
 }
 
-/// Wrong answers per million, or the upper bound if there are none.
-std::string shown_rate(const Score& score) {
-    const Rate rate = rate_of(score.wrong(), score.rays);
-    return number(1e6 * (score.wrong() == 0 ? rate.upper : rate.value));
+double wrong_per_million(const Score& score) {
+    return 1e6 * rate_of(score.wrong(), score.rays).value;
 }
 
 /// The speed of rays of a kind, by method, with the variables of a panel of its own.
 plot::Panel speed_panel(RayKind kind, std::string title, plot::Panel own) {
     const int threads = tbb::this_task_arena::max_concurrency();
-    own.insert(
-        {{"title", std::move(title)},
-         {"where", "kind"},
-         {"is", name_of(kind)},
-         {"series", "method"},
-         {"y", "speed [Mray/s]"},
-         {"lower", "speed lower quartile [Mray/s]"},
-         {"upper", "speed upper quartile [Mray/s]"},
-         {"ylabel", fmt::format("Mray/s on {} thread{}", threads, threads == 1 ? "" : "s")}});
+    own.insert({{"title", std::move(title)},
+                {"where", "kind"},
+                {"is", name_of(kind)},
+                {"series", "method"},
+                {"family", "family"},
+                {"y", "speed [Mray/s]"},
+                {"lower", "speed lower quartile [Mray/s]"},
+                {"upper", "speed upper quartile [Mray/s]"},
+                {"ylabel",
+                 fmt::format("Mray/s, {} thread{}: better →", threads, threads == 1 ? "" : "s")}});
     return own;
 }
 
-const plot::Panel kAgainstWrong = {
-    {"kind", "points"},
-    {"x", "shown [1/million]"},
-    {"xlower", "wrong lower 95 % [1/million]"},
-    {"xupper", "wrong upper 95 % [1/million]"},
-    {"xlabel", "wrong per million (hollow: none seen, at its upper bound)"},
-    {"hollow", "wrong"},
-    {"logx", "10"}};
+const plot::Panel kAgainstWrong = {{"kind", "points"},
+                                   {"x", "wrong [1/million]"},
+                                   {"xlower", "wrong lower 95 % [1/million]"},
+                                   {"xupper", "wrong upper 95 % [1/million]"},
+                                   {"xlabel", "← better: wrong answers per million"},
+                                   {"label", "shown as"},
+                                   {"front", ""}};
 
-const plot::Panel kAgainstError = {
-    {"kind", "points"},
-    {"x", "t 99 % [ulp]"},
-    {"xlower", "t median [ulp]"},
-    {"xupper", "t largest [ulp]"},
-    {"xlabel", "error of t [ulp]: 99 %, from the median to the largest"},
-    {"logx", "10"}};
+const plot::Panel kAgainstError = {{"kind", "points"},
+                                   {"x", "t 99 % [ulp]"},
+                                   {"xlower", "t median [ulp]"},
+                                   {"xupper", "t largest [ulp]"},
+                                   {"xlabel", "← better: error of t [ulp]"},
+                                   {"label", "shown as"}};
 
 struct TitledKind {
     RayKind kind;
     const char* title;
 };
-constexpr TitledKind kKinds[] = {
-    {RayKind::kPrimary, "camera rays"},
-    {RayKind::kAimed, "rays at vertices and edges, from shared origins"},
-    {RayKind::kShadow, "shadow rays"},
-    {RayKind::kDiffuse, "rays at vertices, edges and faces, in any order"}};
+constexpr TitledKind kKinds[] = {{RayKind::kPrimary, "camera rays"},
+                                 {RayKind::kShadow, "shadow rays"},
+                                 {RayKind::kAimed, "at vertices and edges"},
+                                 {RayKind::kDiffuse, "in any order"}};
+
+/// The points of one kind, from the fastest on.
+std::vector<ChartPoint> sorted_points(const std::vector<ChartPoint>& points, RayKind kind) {
+    std::vector<ChartPoint> some;
+    std::ranges::copy_if(points, std::back_inserter(some),
+                         [&](const ChartPoint& point) { return point.kind == kind; });
+    std::ranges::stable_sort(some, std::ranges::greater{},
+                             [](const ChartPoint& point) { return point.score.speed().median; });
+    return some;
+}
 
 plot::Panel panel_of(const std::vector<ChartPoint>& points, const TitledKind& rays,
                      plot::Panel own) {
-    std::uint64_t most = 0;
-    std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
-    for (const ChartPoint& point : points) {
-        if (point.kind != rays.kind) continue;
-        most = std::max(most, point.score.rays);
-        least = std::min(least, point.score.rays);
-    }
-    own["family"] = "family";
-    return speed_panel(rays.kind,
-                       fmt::format("{}: {} to {}", rays.title, count_text(least), count_text(most)),
-                       std::move(own));
+    std::vector<ChartPoint> some = sorted_points(points, rays.kind);
+    std::erase_if(some, [](const ChartPoint& point) { return point.method == "brute force"; });
+    const auto [least, most] =
+        std::ranges::minmax(some, {}, [](const ChartPoint& point) { return point.score.rays; });
+    own["note"] =
+        fmt::format("{} to {}", count_text(least.score.rays), count_text(most.score.rays));
+    return speed_panel(rays.kind, rays.title, std::move(own));
+}
+
+/// The method's name in the first figure, which has the fastest of each family, three others that
+/// many know, and what no other method of these rays beats in speed and accuracy. Else "".
+std::string shown_as(const ChartPoint& point, const std::vector<ChartPoint>& sorted) {
+    const std::string& family = point.family;
+    const auto& first = *std::ranges::find(sorted, family, &ChartPoint::family);
+    const bool leads = first.method == point.method && family != "rules";
+    const auto beats = [&](const ChartPoint& other) {
+        return other.score.speed().median > point.score.speed().median &&
+               wrong_per_million(other.score) <= wrong_per_million(point.score);
+    };
+    const std::string& method = point.method;
+    if (method == "brute force" || (!leads && method != "single" && method != "rule Woop" &&
+                                    method != "rule double" && std::ranges::any_of(sorted, beats)))
+        return "";
+    if (leads && family.starts_with("Embree")) return family;
+    return (in_scene_space(family) ? "morphray " : "") + method;
 }
 
 /// "packets (410 Mray/s, 0 of 10.5 million wrong)".
 std::string text_of(const ChartPoint& point) {
     return fmt::format("{} ({} Mray/s, {} of {} wrong)", point.method,
-                       number(point.score.mrays_per_second()), point.score.wrong(),
+                       number(point.score.speed().median), point.score.wrong(),
                        count_text(point.score.rays));
 }
 
+}  // namespace
+
+std::string ranking(std::span<const ChartPoint> sorted) {
+    const Spread best = sorted.front().score.speed();
+    std::string others;
+    for (const ChartPoint& point : sorted.subspan(1))
+        if (point.score.speed().upper >= best.lower) others += ", " + text_of(point);
+    const std::string first = text_of(sorted.front());
+    if (is_disturbed(best)) return "not ranked, as disturbed: " + first + others;
+    return (others.empty() ? "the fastest is " : "not told apart: ") + first + others;
+}
+
+std::string accuracy_title(const std::vector<ChartPoint>& points) {
+    std::vector<ChartPoint> sorted = sorted_points(points, RayKind::kPrimary);
+    const auto side = [](const ChartPoint& point) { return in_scene_space(point.family); };
+    // The fastest of its side, and the other side.
+    std::erase_if(sorted, [&, winner = sorted.front()](const ChartPoint& point) {
+        return side(point) == side(winner) && point.method != winner.method;
+    });
+    if (sorted.size() < 2) return "Speed against wrong answers";
+    const auto name = [&](const ChartPoint& point) {
+        return side(point) ? "morphray" : shown_as(point, sorted);
+    };
+    const Score& score = sorted[0].score;
+    if (!ranking(sorted).starts_with("the fastest"))
+        return fmt::format("Camera rays: {} and {} are not told apart{}", name(sorted[0]),
+                           name(sorted[1]), is_disturbed(score.speed()) ? " (disturbed)" : "");
+    return fmt::format("Camera rays: {} {:.1f} times as fast as {}, {} of {} wrong",
+                       name(sorted[0]), score.speed().median / sorted[1].score.speed().median,
+                       name(sorted[1]), score.wrong() == 0 ? "none" : std::to_string(score.wrong()),
+                       count_text(score.rays));
+}
+
+namespace {
+
 /// The fastest methods without a wrong answer and with some, for rays of a kind.
 std::string sentence_of(const std::vector<ChartPoint>& points, const TitledKind& rays) {
-    const ChartPoint* right = nullptr;
-    const ChartPoint* wrong = nullptr;
-    for (const ChartPoint& point : points) {
-        if (point.kind != rays.kind) continue;
-        const ChartPoint*& best = point.score.wrong() == 0 ? right : wrong;
-        if (best == nullptr || point.score.mrays_per_second() > best->score.mrays_per_second())
-            best = &point;
-    }
+    std::vector<ChartPoint> sorted = sorted_points(points, rays.kind);
+    const auto wrong = std::ranges::stable_partition(
+        sorted, [](const ChartPoint& point) { return point.score.wrong() == 0; });
+    const std::span<const ChartPoint> right(sorted.begin(), wrong.begin());
     std::string text = fmt::format("{}: ", rays.title);
-    text += right != nullptr ? "the fastest without a wrong answer is " + text_of(*right)
-                             : "every method has wrong answers";
-    if (wrong != nullptr) text += "; of the others " + text_of(*wrong);
+    text += right.empty() ? "every method has wrong answers"
+                          : "without a wrong answer, " + ranking(right);
+    if (!wrong.empty()) text += "; of the others, " + ranking({wrong.begin(), wrong.end()});
     return text;
 }
 
@@ -158,9 +214,11 @@ public:
 struct Updated {
     std::string method;
     std::string family;
-    /// Brings the tree to the frame. This is timed.
-    std::function<void(const ChartScene& frame)> update;
+    /// Brings the tree to the frame, and returns how. This is timed.
+    std::function<std::string(const ChartScene& frame)> update;
     std::function<Tracer(const ChartRays& rays)> tracer;
+    /// Is told the frame's trace of camera rays.
+    std::function<void(const Score&)> done = [](const Score&) {};
 };
 
 /// The topology outlives it.
@@ -174,10 +232,13 @@ Updated ours(std::string method, const Topology& topology, const ChartScene& fir
     return {std::move(method), "ours",
             [pose, backend, updater](const ChartScene& frame) {
                 pose->move_to(frame.scene_space.positions);
-                updater->update();
+                return std::string(name_of(updater->update().step));
             },
             [backend](const ChartRays& rays) {
                 return packet_tracer(backend->host_tree(), best_simd_target(), rays.scene_space);
+            },
+            [updater](const Score& score) {
+                updater->frame_done({.ms = score.ms, .rays = score.rays});
             }};
 }
 
@@ -188,6 +249,7 @@ Updated of_2007(std::string method, const ChartScene& first, bool rebuilds) {
             [tree, rebuilds](const ChartScene& frame) {
                 if (rebuilds) *tree = build_paper_tree(frame.topology, frame.scene_space.positions);
                 refit(*tree, frame.topology, frame.world_space.positions);
+                return std::string(rebuilds ? "rebuild" : "refit");
             },
             [tree](const ChartRays& rays) { return paper_tracer(*tree, rays.world_space); }};
 }
@@ -198,6 +260,7 @@ constexpr std::array kFrameKinds = {RayKind::kPrimary, RayKind::kAimed};
 /// What one way to update a tree does in one frame.
 struct FrameScore {
     double update_ms = 0;
+    std::string step;
     /// By kind.
     std::array<Score, kFrameKinds.size()> scores;
 
@@ -205,17 +268,16 @@ struct FrameScore {
     double ms() const { return update_ms + scores[0].ms; }
 };
 
-/// "in frame 12" or "in no frame": when the traces of the refitted tree have lost more time
-/// than a build takes.
-std::string rebuild_text(std::span<const double> frames,
-                         std::span<const std::vector<FrameScore>> scores, std::size_t refitted,
-                         std::size_t rebuilt) {
+/// The frame by which the traces of the refitted tree have lost more time than a build takes; all
+/// frames if there is none.
+std::size_t lost_build(std::span<const std::vector<FrameScore>> scores, std::size_t refitted,
+                       std::size_t rebuilt) {
     double lost = 0;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (std::size_t i = 0; i < scores.size(); ++i) {
         lost += scores[i][refitted].scores[0].ms - scores[i][rebuilt].scores[0].ms;
-        if (lost > scores[i][rebuilt].update_ms) return fmt::format("in frame {}", frames[i]);
+        if (lost > scores[i][rebuilt].update_ms) return i;
     }
-    return "in no frame";
+    return scores.size();
 }
 
 }  // namespace
@@ -231,37 +293,58 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix) {
     const ChartScene scene = make_chart_scene(input);
     const MakeTracers methods = chart_methods(scene, context.devices);
+    const std::string on =
+        fmt::format("{} ({} triangles)", input.name, input.topology.triangles.size());
     std::vector<ChartPoint> points;
-    std::string sentence;
+    std::vector<std::string> notes = {
+        "On " + on +
+        fmt::format(
+            ". A point is one experiment: the same rays for speed and accuracy. Speed is "
+            "the median of chunks of rays, with quartiles; where these are further apart "
+            "than by a factor of {}, it is disturbed and not ranked. Wrong answers have 95 % "
+            "intervals, which of \"none seen\" end at the upper bound. No method beats those "
+            "on the grey line in both. Brute force is in the table alone.",
+            kDisturbed)};
+    Table table = table_with({"kind", "method", "family", "space", "shown as"});
     for (const TitledKind& rays : kKinds) {
-        std::ranges::move(measure(scene, methods, rays.kind, context.effort, context.done),
-                          std::back_inserter(points));
-        sentence += sentence_of(points, rays) + ". ";
+        const std::vector<ChartPoint> some =
+            measure(scene, methods, rays.kind, context.effort, context.done);
+        notes.push_back(sentence_of(some, rays));
+        for (const ChartPoint& point : some) {
+            add_row(table,
+                    {name_of(point.kind), point.method, point.family,
+                     in_scene_space(point.family) ? "scene" : "world",
+                     shown_as(point, sorted_points(some, rays.kind))},
+                    point.score);
+        }
+        points.insert(points.end(), some.begin(), some.end());
     }
-    Table table = table_with({"kind", "method", "family", "space", "shown [1/million]"});
-    for (const ChartPoint& point : points) {
-        add_row(table,
-                {name_of(point.kind), point.method, point.family,
-                 in_scene_space(point.family) ? "scene" : "world", shown_rate(point.score)},
-                point.score);
-    }
-    plot::Figure wrong{.title = fmt::format("Speed against wrong answers on {} ({} triangles). {}",
-                                            input.name, input.topology.triangles.size(), sentence),
-                       .footer = context.footer,
-                       .panel_height = 340,
-                       .panels = {}};
-    plot::Figure errors = wrong;
-    errors.title =
-        fmt::format("Speed against the error of t, of right answers, on {} ({} triangles)",
-                    input.name, input.topology.triangles.size());
+    plot::Figure wrong{.title = accuracy_title(points), .details = context.details};
+    plot::Figure errors{.title =
+                            "Speed against the error of t: 99 % of right answers, from the "
+                            "median to the largest",
+                        .details = context.details};
     for (const TitledKind& rays : kKinds) {
         wrong.panels.push_back(panel_of(points, rays, kAgainstWrong));
         if (rays.kind != RayKind::kShadow)
             errors.panels.push_back(panel_of(points, rays, kAgainstError));
     }
+    wrong.panels[0]["front"] = "front";
+    const plot::Figure all{.title = "All methods: Mray/s; wrong per million (~: disturbed)",
+                           .details = context.details,
+                           .panels = {{{"kind", "map"},
+                                       {"series", "method"},
+                                       {"across", "kind"},
+                                       {"method", "method"},
+                                       {"number", "speed [Mray/s]"},
+                                       {"shade", "wrong [1/million]"}}}};
     return {"accuracy" + suffix,
             std::move(table),
-            {{"accuracy" + suffix, std::move(wrong)}, {"errors" + suffix, std::move(errors)}}};
+            {{"speed_accuracy" + suffix, std::move(wrong), std::move(notes)},
+             {"accuracy" + suffix,
+              all,
+              {"On " + on + ". aimed: at vertices and edges; diffuse: in any order."}},
+             {"errors" + suffix, std::move(errors), {"On " + on + "."}}}};
 }
 
 Chart deformation_chart(const ChartContext& context, const ChartInput& input,
@@ -281,12 +364,13 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
             add("refit", make_update_policy({.kind = PolicyKind::kRefit}));
             add("restructure", std::make_unique<RestructureAlways>());
             add("rebuild", make_update_policy({.kind = PolicyKind::kRebuild}));
+            add("auto", make_update_policy({.kind = PolicyKind::kAuto}));
             methods.push_back(of_2007("2007 refit", scene, false));
             methods.push_back(of_2007("2007 rebuild", scene, true));
         }
         std::vector<FrameScore>& one = scores.emplace_back(methods.size());
         for (std::size_t i = 0; i < methods.size(); ++i)
-            one[i].update_ms = timed([&] { methods[i].update(scene); });
+            one[i].update_ms = timed([&] { one[i].step = methods[i].update(scene); });
         const auto tracers = [&](const ChartRays& rays) {
             std::vector<ChartTracer> made;
             for (const Updated& method : methods)
@@ -299,10 +383,25 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                 measure(scene, tracers, kFrameKinds[kind], effort, [] {});
             for (std::size_t i = 0; i < methods.size(); ++i) one[i].scores[kind] = points[i].score;
         }
+        for (std::size_t i = 0; i < methods.size(); ++i) methods[i].done(one[i].scores[0]);
         context.done();
     }
-    Table table = table_with(
-        {"kind", "frame", "method", "family", "update [ms]", "frame [ms]", "shown [1/million]"});
+    constexpr std::size_t kRefit = 0, kRebuild = 2, kAuto = 3, kRefit2007 = 4, kRebuild2007 = 5;
+    const auto is_unsure = [&](std::size_t method) {
+        return 4 * std::ranges::count_if(scores,
+                                         [&](const std::vector<FrameScore>& one) {
+                                             return is_disturbed(one[method].scores[0].speed());
+                                         }) >
+               std::ssize(scores);
+    };
+    const bool unsure =
+        std::ranges::any_of(std::array{kRefit, kRebuild, kRefit2007, kRebuild2007}, is_unsure);
+    const std::size_t never = scores.size();
+    const std::size_t lost = unsure ? never : lost_build(scores, kRefit, kRebuild);
+    const std::size_t lost_2007 = unsure ? never : lost_build(scores, kRefit2007, kRebuild2007);
+    Table table =
+        table_with({"kind", "frame", "method", "family", "update [ms]", "frame [ms]", "event"});
+    std::vector<std::string> remedies;
     std::vector<std::uint64_t> wrong(methods.size());
     std::uint64_t rays = 0;
     for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind) {
@@ -313,52 +412,72 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                 const Score& score = one.scores[kind];
                 wrong[k] += score.wrong();
                 if (k == 0) rays += score.rays;
+                std::string event;
+                if (i == (k == kRefit ? lost : k == kRefit2007 ? lost_2007 : never))
+                    event = "a build lost";
+                if (k == kAuto &&
+                    (one.step == "rebuild" || one.step == "swap" || one.step == "restructure")) {
+                    event = one.step;
+                    if (kind == 0)
+                        remedies.push_back(
+                            fmt::format("{} ({})", number(input.frame_numbers[i]), one.step));
+                }
                 add_row(
                     table,
                     {name_of(kFrameKinds[kind]), number(input.frame_numbers[i]), methods[k].method,
-                     methods[k].family, number(one.update_ms), number(one.ms()), shown_rate(score)},
+                     methods[k].family, number(one.update_ms), number(one.ms()), event},
                     score);
             }
         }
     }
-    const auto speed = [&](std::size_t frame, std::size_t method) {
-        return number(scores[frame][method].scores[0].mrays_per_second());
+    const auto when = [&](std::size_t frame) {
+        return frame == never ? "in no frame" : "by frame " + number(input.frame_numbers[frame]);
     };
-    const std::size_t last = scores.size() - 1;
+    const auto wrong_text = [&](std::size_t method) {
+        return fmt::format("{} of {}", wrong[method], count_text(rays));
+    };
     plot::Figure figure{
-        .title = fmt::format(
-            "Degrading trees on {} ({} triangles, {} camera rays a frame). Refitted since frame "
-            "{}, our tree goes from {} to {} Mray/s, with {} wrong answers of {}; that of 2007 "
-            "from {} to {}, with {}. Traces of the method of 2007 have lost more time than a build "
-            "takes {}; ours {}",
-            input.name, input.topology.triangles.size(), scores[0][0].scores[0].rays,
-            number(input.frame_numbers[0]), speed(0, 0), speed(last, 0), wrong[0], count_text(rays),
-            speed(0, 3), speed(last, 3), wrong[3], rebuild_text(input.frame_numbers, scores, 3, 4),
-            rebuild_text(input.frame_numbers, scores, 0, 2)),
-        .footer = context.footer,
-        .panel_height = 300,
-        .panels = {}};
+        .title = unsure ? "Refitted trees: disturbed, so when a rebuild pays is not told"
+                        : fmt::format("Refitted trees have lost more than a build takes: 2007 {}, "
+                                      "morphray {}",
+                                      when(lost_2007), when(lost)),
+        .details = context.details};
     const plot::Panel lines{{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}};
-    figure.panels.push_back(speed_panel(RayKind::kPrimary, "camera rays", lines));
-    plot::Panel& times =
-        figure.panels.emplace_back(speed_panel(RayKind::kPrimary, "update and camera rays", lines));
-    times.insert_or_assign("y", "frame [ms]");
-    times.insert_or_assign("ylabel", "ms");
-    times.erase("lower");
-    times.erase("upper");
-    figure.panels.push_back(
-        speed_panel(RayKind::kAimed, "rays at vertices and edges, a point a frame", kAgainstWrong));
-    return {
-        "deformation" + suffix, std::move(table), {{"deformation" + suffix, std::move(figure)}}};
+    plot::Panel& speeds = figure.panels.emplace_back(speed_panel(
+        RayKind::kPrimary, "speed of camera rays: higher is better (~: disturbed)", lines));
+    speeds["event"] = "event";
+    const auto add = [&](RayKind kind, const char* title, const char* y, const char* unit) {
+        plot::Panel& panel = figure.panels.emplace_back(speed_panel(kind, title, lines));
+        panel["y"] = y;
+        panel["ylabel"] = unit;
+        panel["lower"] = "";
+    };
+    add(RayKind::kPrimary, "time of a frame, update and camera rays: lower is better", "frame [ms]",
+        "ms");
+    add(RayKind::kAimed, "wrong answers at vertices and edges: lower is better",
+        "wrong [1/million]", "per million");
+    std::vector<std::string> notes = {
+        fmt::format("On {} ({} triangles), {} camera rays a frame. From the frame with \"a build "
+                    "lost\" on, rebuilding would have paid. The policy auto did more than refit in "
+                    "frames: {}.",
+                    input.name, input.topology.triangles.size(), scores[0][0].scores[0].rays,
+                    remedies.empty() ? "none" : fmt::format("{}", fmt::join(remedies, ", "))),
+        fmt::format("Wrong answers: refitted {}, rebuilt {}; of 2007 {} and {}.",
+                    wrong_text(kRefit), wrong_text(kRebuild), wrong_text(kRefit2007),
+                    wrong_text(kRebuild2007))};
+    return {"deformation" + suffix,
+            std::move(table),
+            {{"deformation" + suffix, std::move(figure), std::move(notes)}}};
 }
 
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more) {
-    const Effort effort{.chunk_rays = context.effort.failure_rays};
+    const Effort effort{.chunk_rays = context.effort.failure_rays, .rounds = 3};
     std::vector<ChartInput> inputs = failure_scenes();
     inputs.insert(inputs.end(), more.begin(), more.end());
-    Table table = table_with({"scene", "method", "row", "column", "time [1/ordinary]"});
+    Table table = table_with({"scene", "method", "family", "time [1/ordinary]"});
     struct Column {
         std::string method;
+        std::string family;
         /// On the scene of this row.
         Score score = {};
         /// The time of a ray on the first scene, and the largest multiple of it.
@@ -386,13 +505,15 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
             for (const ChartPoint& point : measure(scene, tracers, kind, effort, [] {})) {
                 auto column = std::ranges::find(columns, point.method, &Column::method);
                 if (column == columns.end())
-                    column =
-                        columns.insert(column, {.method = point.method, .slowest_scene = name});
+                    column = columns.insert(
+                        column,
+                        {.method = point.method, .family = point.family, .slowest_scene = name});
                 column->score += point.score;
             }
         }
-        for (std::size_t i = 0; i < columns.size(); ++i) {
-            Column& column = columns[i];
+        for (Column& column : columns) {
+            // Speeds of kinds of rays have no median.
+            column.score.mrays = {column.score.mrays_per_second()};
             const double time = column.score.ms / static_cast<double>(column.score.rays);
             if (row == 0) column.ordinary = time;
             const double ratio = time / column.ordinary;
@@ -401,53 +522,44 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
                 column.slowest_scene = name;
             }
             column.failures += column.score.wrong() > 0;
-            add_row(table,
-                    {name, column.method, std::to_string(row), std::to_string(i), number(ratio)},
-                    column.score);
+            add_row(table, {name, column.method, column.family, number(ratio)}, column.score);
         }
         context.done();
     }
-    std::vector<std::string> never;
-    std::vector<std::string> others;
     std::vector<std::string> slow;
-    const auto list = [](const std::vector<std::string>& names) {
-        return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
-    };
+    std::vector<std::string> failures;
     for (const Column& column : columns) {
-        if (column.failures == 0)
-            never.push_back(column.method);
-        else
-            others.push_back(fmt::format("{} on {}", column.method, column.failures));
         slow.push_back(
             fmt::format("{} {:.2g} ({})", column.method, column.slowest, column.slowest_scene));
+        failures.push_back(fmt::format("{} on {}", column.method, column.failures));
     }
-    const auto map = [&](std::string title, const char* shade, const char* digits) {
+    std::vector<std::string> notes = {fmt::format("Wrong on so many of {} scenes: {}.",
+                                                  inputs.size(), fmt::join(failures, ", "))};
+    for (const ChartInput& input : inputs)
+        if (!input.breaks.empty()) notes.push_back(input.name + ": " + input.breaks);
+    const auto map = [&](std::string title, const char* shade, const char* percent) {
         return plot::Figure{.title = std::move(title),
-                            .footer = context.footer,
-                            .width = 800,
-                            .panel_height = static_cast<int>(28 * inputs.size()),
+                            .details = context.details,
                             .panels = {{{"kind", "map"},
-                                        {"x", "column"},
-                                        {"y", "row"},
                                         {"series", "scene"},
                                         {"across", "method"},
+                                        {"method", "method"},
                                         {"shade", shade},
-                                        {"digits", digits}}}};
+                                        {"percent", percent}}}};
     };
-    plot::Figure wrong =
-        map(fmt::format("Wrong answers per million rays on {} scenes. Never wrong: {}. Wrong: {}",
-                        inputs.size(), list(never), list(others)),
-            "wrong [1/million]", "0");
-    plot::Figure errors =
-        map("Error of t of right answers: 99 % are at most so many ulp off", "t 99 % [ulp]", "1");
-    plot::Figure time = map(fmt::format("Time of a ray over that on the first scene. Slowest: {}",
-                                        fmt::join(slow, ", ")),
-                            "time [1/ordinary]", "1");
-    return {"failures",
-            std::move(table),
-            {{"failures", std::move(wrong)},
-             {"failures_t", std::move(errors)},
-             {"failures_time", std::move(time)}}};
+    return {
+        "failures",
+        std::move(table),
+        {{"failures",
+          map("Wrong answers per million (% from 10,000 on), on scenes that break methods",
+              "wrong [1/million]", "yes"),
+          std::move(notes)},
+         {"failures_t",
+          map("Error of t of right answers: 99 % are at most so many ulp off", "t 99 % [ulp]", ""),
+          {}},
+         {"failures_time",
+          map("Time of a ray over that on the first scene", "time [1/ordinary]", ""),
+          {fmt::format("Slowest: {}.", fmt::join(slow, ", "))}}}};
 }
 
 }  // namespace mray::lab

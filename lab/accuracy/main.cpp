@@ -156,26 +156,19 @@ constexpr const char* kReferences = R"(@article{wald2007deformable,
   journal = {Biometrika}, volume = {26}, number = {4}, year = {1934}}
 )";
 
-/// A narrow drawing for phones: only of points, as maps need their width.
-constexpr int kNarrow = 360;
-
-bool has_narrow(const plot::Figure& figure) { return figure.panels[0].at("kind") != "map"; }
-
-std::string page_of(const std::vector<Chart>& charts) {
-    std::string contents;
+std::string page_of(const std::vector<Chart>& charts, const std::string& details) {
     std::string figures;
     for (const Chart& chart : charts) {
-        for (const auto& [name, figure] : chart.figures) {
-            const std::string title = markup_text(figure.title);
-            contents += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", name, title);
-            const std::string narrow =
-                fmt::format("<source media=\"(max-width:600px)\" srcset=\"{}_narrow.svg\">", name);
+        for (const auto& [name, figure, notes] : chart.figures) {
+            std::string items;
+            for (const std::string& note : notes)
+                items += fmt::format("<li>{}</li>\n", markup_text(note));
             figures += fmt::format(
-                "<h2 id=\"{0}\">{0}</h2>\n<div><picture>{1}<img src=\"{0}.svg\" alt=\"{2}\"{3}>"
-                "</picture></div>\n<p><a href=\"{0}.pdf\">PDF</a>, "
-                "<a href=\"{4}.csv\">numbers</a></p>\n",
-                name, has_narrow(figure) ? narrow : "", title,
-                has_narrow(figure) ? "" : " class=\"map\"", chart.name);
+                "<section id=\"{0}\">\n<picture><source media=\"(max-width:600px)\" "
+                "srcset=\"{0}_narrow.svg\"><img src=\"{0}.svg\" alt=\"{1}\"></picture>\n"
+                "<ul>\n{2}</ul>\n<p><a href=\"{0}.pdf\">PDF of one column</a>, "
+                "<a href=\"{3}.csv\">numbers</a></p>\n</section>\n",
+                name, markup_text(figure.title), items, chart.name);
         }
     }
     return fmt::format(
@@ -183,29 +176,22 @@ std::string page_of(const std::vector<Chart>& charts) {
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
         "<title>morphray chart</title>\n"
         "<style>:root {{ color-scheme: light dark }}\n"
-        "body {{ font: 16px/1.5 sans-serif; max-width: 50rem; margin: auto; padding: 1rem }}\n"
-        "div {{ overflow-x: auto }} img {{ max-width: 100% }} .map {{ max-width: none }}\n"
+        "body {{ font: 16px/1.5 sans-serif; max-width: 62rem; margin: auto; padding: 1rem }}\n"
+        "img {{ width: 100% }} section {{ margin-bottom: 3rem }}\n"
         "dt {{ font-weight: bold }} pre {{ overflow-x: auto }}</style>\n"
-        "<h1>morphray chart</h1>\n<ul>\n{}</ul>\n{}<h2>Methods</h2>\n{}<h2>References</h2>\n"
+        "{}<h2>Machine</h2>\n<p>{}</p>\n<h2>Methods</h2>\n{}<h2>References</h2>\n"
         "<pre>{}</pre>\n</html>\n",
-        contents, figures, kMethods, kReferences);
+        figures, markup_text(details), kMethods, kReferences);
 }
 
 void write_chart(const fs::path& folder, const Chart& chart) {
     const std::string csv = chart.table.csv();
     write_file(folder / (chart.name + ".csv"), csv);
-    for (const auto& [name, figure] : chart.figures) {
-        const std::string file = (folder / name).string();
-        for (const char* const format : {"svg", "pdf"})
-            write_file(fmt::format("{}.{}", file, format), plot::draw(figure, csv, format));
-        if (!has_narrow(figure)) continue;
-        plot::Figure narrow = figure;
-        narrow.width = kNarrow;
-        for (plot::Panel& panel : narrow.panels) {
-            for (const char* const key : {"title", "xlabel"})
-                panel[key] = panel[key].substr(0, panel[key].find_first_of(":(,"));
-        }
-        write_file(file + "_narrow.svg", plot::draw(narrow, csv, "svg"));
+    for (const ChartFigure& one : chart.figures) {
+        const std::string file = (folder / one.name).string();
+        write_file(file + ".svg", plot::draw(one.figure, csv, "svg"));
+        write_file(file + "_narrow.svg", plot::draw(one.figure, csv, "svg", true));
+        write_file(file + ".pdf", plot::draw(one.figure, csv, "pdf", true));
     }
 }
 
@@ -217,21 +203,21 @@ void draw_charts(const std::vector<std::string>& arguments) {
     const bool quick = has('q');
     const bool quiet = has('s');
     const auto scenes = std::span(arguments).subspan(2);
-    plot::require_gnuplot("chart");
+    plot::require_matplotlib("chart");
     require_new_folder(out);
     std::vector<ChartInput> inputs;
     for (const std::string& scene : scenes)
         inputs.push_back(read_input(scene, has('l'), quick ? 8 : 24));
     const Effort& effort = quick ? kQuickEffort : kFullEffort;
     Progress progress{count_steps(effort, inputs), !quiet && isatty(STDERR_FILENO) == 1};
-    ChartContext context{.effort = effort, .devices = open_devices(), .footer = {}, .done = [&] {
+    ChartContext context{.effort = effort, .devices = open_devices(), .details = {}, .done = [&] {
                              progress.step();
                          }};
-    context.footer = fmt::format("{}; {}, {} threads; ", machine_name(), best_simd_target().name,
-                                 tbb::this_task_arena::max_concurrency());
-    for (const ChartDevice& device : context.devices) context.footer += device.detail + "; ";
-    context.footer += fmt::format("{}; morphray {}; morphray chart {}{}", embree_name(),
-                                  kVersionDetail, shell_line(scenes), quick ? " --quick" : "");
+    context.details = fmt::format("{}; {}, {} threads; ", machine_name(), best_simd_target().name,
+                                  tbb::this_task_arena::max_concurrency());
+    for (const ChartDevice& device : context.devices) context.details += device.detail + "; ";
+    context.details += fmt::format("{}; morphray {}; morphray chart {}{}", embree_name(),
+                                   kVersionDetail, shell_line(scenes), quick ? " --quick" : "");
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
@@ -244,10 +230,12 @@ void draw_charts(const std::vector<std::string>& arguments) {
     for (const Chart& chart : charts) write_chart(out, chart);
     write_file(out / "references.bib", kReferences);
     const std::string page = (out / "index.html").string();
-    write_file(page, page_of(charts));
+    write_file(page, page_of(charts, context.details));
     if (quiet) return;
     for (const Chart& chart : charts)
-        for (const auto& [name, figure] : chart.figures) fmt::print("{}: {}\n", name, figure.title);
+        for (const auto& [name, figure, notes] : chart.figures)
+            fmt::print("{}: {}\n{}{}", name, figure.title, fmt::join(notes, "\n"),
+                       notes.empty() ? "" : "\n");
     fmt::print("all charts: {}\n", page);
 }
 

@@ -47,7 +47,7 @@ struct Score {
     std::uint64_t exact = 0;
     /// Of t in ulp, of u and v in ulp of 1, where a right answer is a hit.
     std::array<ErrorCounts, 3> errors;
-    /// Of each chunk of rays.
+    /// Of each chunk of rays and round.
     std::vector<double> mrays;
     double ms = 0;
 
@@ -56,6 +56,8 @@ struct Score {
         return verdicts[static_cast<std::size_t>(verdict)];
     }
     std::uint64_t wrong() const;
+    /// All 0 without rays.
+    Spread speed() const { return mrays.empty() ? Spread{} : spread_of(mrays); }
     /// Rays over time, of all chunks.
     double mrays_per_second() const { return ms > 0 ? static_cast<double>(rays) / (1e3 * ms) : 0; }
 };

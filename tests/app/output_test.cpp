@@ -99,7 +99,7 @@ TEST(Output, APlotThatCannotBeDrawnLosesNoReport) {
                                       "0..1 --policies refit --plot " +
                                       folder.file("p.svg") + " --csv " + folder.file("p.csv")),
                                 {.environment = {"TMPDIR=/none"}});
-    if (outcome.code == 4) GTEST_SKIP() << "without gnuplot";
+    if (outcome.code == 4) GTEST_SKIP() << "without matplotlib";
     EXPECT_EQ(outcome.code, 5) << outcome.err;
     EXPECT_TRUE(has(outcome.err, "set TMPDIR"));
     EXPECT_EQ(folder.names(), Words{"p.csv"});

@@ -223,19 +223,19 @@ TEST(ProfilePolicies, PlotNeedsAnEndingAndPolicies) {
     EXPECT_EQ(run({"profile", "builtin:cloth:500", "--plot", "chart.svg"}).code, 2);
 }
 
-TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {
+TEST(ProfilePolicies, WithoutMatplotlibPlotIsUnavailableBeforeAnythingIsMeasured) {
     const TemporaryFolder folder;
     const Outcome outcome =
         run(compare({"--plot", folder.file("chart.svg")}), {.environment = {"PATH=/nowhere"}});
     EXPECT_EQ(outcome.code, 4);
-    EXPECT_TRUE(has(outcome.err, "gnuplot"));
+    EXPECT_TRUE(has(outcome.err, "matplotlib"));
     EXPECT_TRUE(folder.names().empty());
 }
 
 TEST(ProfilePolicies, PlotIsAnImage) {
     const TemporaryFolder folder;
     const Outcome outcome = run(compare({"--plot", folder.file("chart.svg")}));
-    if (outcome.code == 4) GTEST_SKIP() << "without gnuplot";
+    if (outcome.code == 4) GTEST_SKIP() << "without matplotlib";
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(has(read_file(folder.file("chart.svg")), "<svg"));
 }

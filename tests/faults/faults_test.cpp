@@ -160,7 +160,7 @@ void expect_no_scratch_file(const TemporaryFolder& place) {
         run({"profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--policies",
              "refit,rebuild", "--plot", folder.file("p.svg")},
             {.environment = {"TMPDIR=" + place.path().string()}});
-    // Without gnuplot nothing is drawn.
+    // Without matplotlib nothing is drawn.
     EXPECT_TRUE(outcome.code == 5 || outcome.code == 4) << outcome.err;
     EXPECT_TRUE(place.names().empty()) << place.names().front();
     ::umount2(place.path().c_str(), MNT_DETACH);

@@ -29,7 +29,7 @@ check_paths() {
 }
 check_paths
 for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.hpp \
-    share/doc/morphray/LICENSE share/morphray/plot.gp share/morphray/scenes/robot.gltf \
+    share/doc/morphray/LICENSE share/morphray/plot.py share/morphray/scenes/robot.gltf \
     share/morphray/scenes/flag/flag_3.obj; do
     [ -e "$prefix/$file" ] || fail "$file is not installed"
 done
