@@ -25,9 +25,8 @@ uvec4 words_of(const vec3& p, float w) {
 
 /// The number of all hits of a ray, with kTouchesBorder.
 std::uint64_t count_of(const std::vector<Hit>& hits) {
-    const bool touches = std::ranges::any_of(hits, [](const Hit& hit) {
-        return may_touch_border(hit.u, hit.v);
-    });
+    const bool touches =
+        std::ranges::any_of(hits, [](const Hit& hit) { return may_touch_border(hit.u, hit.v); });
     return hits.size() | (touches ? kTouchesBorder : 0);
 }
 

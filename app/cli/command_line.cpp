@@ -432,7 +432,8 @@ void add_options(CLI::App& command, ProfileOptions& options) {
                            parsed.push_back(parse_policy(std::string(part)));
                        return parsed;
                    });
-    add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs matplotlib)", options.plot)
+    add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs matplotlib)",
+             options.plot)
         ->needs(policies);
     add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
              options.csv);

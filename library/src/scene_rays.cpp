@@ -439,8 +439,7 @@ mray::Hit find_next(SceneImpl& scene, const mray::Ray& ray, const mray::HitCurso
         if (found.prim_id == mray::kNoPrim) return found;
         if (filter.sees(0, found.prim_id)) break;
     }
-    if (crossing != Crossing::once || !mray::may_touch_border(found.u, found.v))
-        return found;
+    if (crossing != Crossing::once || !mray::may_touch_border(found.u, found.v)) return found;
     const auto lists = list_hits(scene, {&ray, 1}, crossing, filter, number);
     for (const mray::Hit& hit : lists[0])
         if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;

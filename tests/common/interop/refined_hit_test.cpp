@@ -59,8 +59,8 @@ TriangleHit mean_hit(const Case& own, const ShearedRay& s) {
     return hit;
 }
 
-/// A triangle as large as scene space, turned by any angle, seen from its extent / `ratio` above it,
-/// at 1 to 90 degrees.
+/// A triangle as large as scene space, turned by any angle, seen from its extent / `ratio` above
+/// it, at 1 to 90 degrees.
 Case plane_case(Random& random, double ratio) {
     const double turn = random.real(0, 7), tilt = random.real(0, 7), az = random.real(0, 7);
     const glm::dvec3 n(std::cos(tilt) * std::cos(turn), std::sin(tilt),
@@ -74,8 +74,8 @@ Case plane_case(Random& random, double ratio) {
     };
     const double down = random.real(0.02, 1.57);
     return {snap_point(vec3(extent / ratio * n + random.real(-0.1, 0.1) * extent * x)),
-            canonical_direction(vec3(std::cos(down) * (std::cos(az) * x + std::sin(az) * y) -
-                                     std::sin(down) * n)),
+            canonical_direction(
+                vec3(std::cos(down) * (std::cos(az) * x + std::sin(az) * y) - std::sin(down) * n)),
             corner(0), corner(1), corner(2)};
 }
 
