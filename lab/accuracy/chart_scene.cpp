@@ -287,14 +287,48 @@ ChartInput sheets(std::string name, double apart) {
     return made;
 }
 
-ChartInput detail() {
-    ChartInput made = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
+/// Appends two triangles over the corners of a square.
+void append_square(ChartInput& made, std::initializer_list<vec3> corners) {
     std::uint32_t& count = made.topology.vertex_count;
     append_triangle(made.topology, count, count + 1, count + 2, kDefaultAlbedo);
     append_triangle(made.topology, count, count + 2, count + 3, kDefaultAlbedo);
-    for (const auto& [x, z] : {std::pair(-5e5f, -5e5f), {5e5f, -5e5f}, {5e5f, 5e5f}, {-5e5f, 5e5f}})
-        made.positions.emplace_back(x, 0.0f, z);
+    made.positions.insert(made.positions.end(), corners);
     count += 4;
+}
+
+/// Appends the square [x0, x1] x [-size, size] at a height that grows with x by `slope`.
+void append_ground(ChartInput& made, float x0, float x1, float size, float height,
+                   float slope = 0) {
+    const float first = height + slope * x0, last = height + slope * x1;
+    append_square(made,
+                  {{x0, first, -size}, {x1, last, -size}, {x1, last, size}, {x0, first, size}});
+}
+
+ChartInput detail() {
+    ChartInput made = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
+    append_ground(made, -5e5f, 5e5f, 5e5f, 0);
+    return made;
+}
+
+/// A pebble and a needle on a ground with a crack.
+ChartInput ground() {
+    ChartInput made = sphere("ground of 100 km", 0.05, {0.5, 0.05, 0});
+    append_ground(made, -1e5f, -0.01f, 1e5f, 0);
+    append_ground(made, 0.01f, 1e5f, 1e5f, 0);
+    append_square(made, {{-0.5f, 0, 0}, {-0.499f, 0, 0}, {-0.499f, 2, 0}, {-0.5f, 2, 0}});
+    return made;
+}
+
+ChartInput planes() {
+    ChartInput made{"planes 1e-6 apart", {}, {}};
+    for (const float turn : {0.0f, 1e-7f, -1e-7f}) append_ground(made, -1, 1, 1, 10 * turn, turn);
+    return made;
+}
+
+ChartInput decal() {
+    ChartInput made{"decal at 3 ulp", {}, {}};
+    append_ground(made, -10, 10, 10, 1);
+    append_ground(made, -1, 1, 1, 1 + 3 * 0x1p-23f);
     return made;
 }
 
@@ -369,7 +403,10 @@ std::vector<ChartInput> failure_scenes() {
                                       fan(),
                                       sheets("duplicates", 0),
                                       sheets("nearly coplanar", 1e-6),
-                                      detail()};
+                                      detail(),
+                                      ground(),
+                                      planes(),
+                                      decal()};
     constexpr std::array kBreaks = {
         "a closed mesh: at a vertex or an edge, rays slip between two triangles",
         "coordinates far from 0 have lost 10 bits to the offset",
@@ -381,7 +418,11 @@ std::vector<ChartInput> failure_scenes() {
         "surfaces in one place, whose depths are equal: the answer must still be one that is hit",
         "surfaces so near to each other that errors of depth change their order",
         "a ball on a square a million times as large: beside the range of depth of the square's "
-        "triangles the ball is so thin that the farther of two hits can be taken for the nearer"};
+        "triangles the ball is so thin that the farther of two hits can be taken for the nearer",
+        "a pebble, a needle and a crack of centimetres: depths that err by parts of the ground's "
+        "size",
+        "two planes that are turned by 1e-7, and a third: errors of depth change their order",
+        "a square that lies three floats above another one"};
     for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i].breaks = kBreaks[i];
     return scenes;
 }

@@ -134,9 +134,6 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
     inputs.push_back(cloth());
     inputs.push_back(with_far_vertex(cloth()));
     for (const ChartInput& input : inputs) {
-        // From far away one ulp of t is larger than the detail's triangles
-        // (docs/guide/accuracy.md).
-        if (input.name == "detail 1 in 1e6") continue;
         const ChartScene scene = make_chart_scene(input);
         const MakeTracers methods = chart_methods(scene, {});
         const auto ours = [&](const ChartRays& rays) {

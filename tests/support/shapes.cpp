@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include <glm/geometric.hpp>
+
 namespace mray::test {
 
 void Shape::add_triangle(const dvec3& a, const dvec3& b, const dvec3& c) {
@@ -435,16 +437,43 @@ Shape progression(int count) {
     return shape;
 }
 
+Shape square_below(Random& random, int count) {
+    const dvec3 n = random.direction();
+    const dvec3 x = glm::normalize(glm::cross(n, random.direction()));
+    const dvec3 y = glm::cross(n, x);
+    const double height = random.magnitude(1e-7, 0.1);
+    Shape shape = soup(random, count, 1);
+    for (dvec3& p : shape.positions) p = height * (p + n);
+    shape.add_triangle(-x - y, x - y, x + y);
+    shape.add_triangle(-x - y, x + y, y - x);
+    return shape;
+}
+
 Shape any(Random& random) {
     using Maker = Shape (*)(Random&, int);
     const Maker makers[] = {
-        any_soup,     any_soup,       any_soup,
-        grid_soup,    needles,        few_vertices,
-        slivers,      duplicates,     repeated,
-        tie_grid,     coplanar_stack, coplanar_stack,
-        fan,          t_joints,       floor_with_things,
-        axis_aligned, closed_mesh,    closed_mesh,
-        mixed_sizes,  equal_corners,  [](Random&, int count) { return progression(2 * count); },
+        any_soup,
+        any_soup,
+        any_soup,
+        grid_soup,
+        needles,
+        few_vertices,
+        slivers,
+        duplicates,
+        repeated,
+        tie_grid,
+        coplanar_stack,
+        coplanar_stack,
+        fan,
+        t_joints,
+        floor_with_things,
+        axis_aligned,
+        closed_mesh,
+        closed_mesh,
+        square_below,
+        mixed_sizes,
+        equal_corners,
+        [](Random&, int count) { return progression(2 * count); },
     };
     const auto make = [&] {
         const int count = any_count(random);

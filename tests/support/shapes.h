@@ -53,6 +53,9 @@ Shape mixed_sizes(Random& random, int count);
 /// Ever smaller triangles towards the origin: splits peel them off a few at a time.
 Shape progression(int count);
 
+/// A square at any angle, of 10 to 10^7 times the height of triangles above its middle.
+Shape square_below(Random& random, int count);
+
 /// A shape of any kind, mostly of 1 to 40 triangles, rarely of up to 2000.
 Shape any(Random& random);
 
