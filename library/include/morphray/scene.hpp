@@ -98,7 +98,8 @@ struct LeftOut {
     /// Outside the scene's bounds, and more than 2^37 times as far from its origin as most vertices
     /// (Scene).
     std::uint64_t too_far = 0;
-    /// Triangles that have an area, but none in the steps of scene space, 2^-60 of its size.
+    /// Triangles that have an area, but none in the steps of scene space, 2^-60 of its size: when
+    /// meshes came, changed their triangles or went.
     std::uint64_t too_small = 0;
 };
 

@@ -225,6 +225,11 @@ void PoseReader::read_list(const MeshList& meshes, mray::ThreadArena& arena) {
         }
     }
     read(meshes, kept, arena);
+    for (const MeshSlot& mesh : meshes.slots()) {
+        const auto found = kept_.find(mesh.first_vertex);
+        if (mesh.used && found != kept_.end())
+            found->second.too_small = count_too_small(mesh, meshes.topology());
+    }
 }
 
 void PoseReader::read(const MeshList& meshes, std::span<const MeshVertices> vertices,
@@ -240,7 +245,7 @@ std::vector<LeftOut> PoseReader::left_out(const MeshList& meshes) const {
         const MeshSlot& mesh = meshes.slots()[id];
         const auto kept = kept_.find(mesh.first_vertex);
         if (!mesh.used || kept == kept_.end()) continue;
-        LeftOut one{.geom_id = id, .too_small = count_too_small(mesh, meshes.topology())};
+        LeftOut one{.geom_id = id, .too_small = kept->second.too_small};
         const std::size_t count = kept->second.any_left_out ? mesh.vertex_count() : 0;
         mesh.for_each_used(0, count, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {

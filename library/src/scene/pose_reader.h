@@ -56,6 +56,7 @@ private:
     struct KeptPositions {
         std::vector<mray::vec3> world;
         bool any_left_out = false;
+        std::uint64_t too_small = 0;
     };
 
     void place_meshes(const MeshList& meshes);
