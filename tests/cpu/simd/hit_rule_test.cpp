@@ -51,7 +51,8 @@ void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
         store(hit.v, values[2]);
         for (std::size_t i = 0; i < std::min(kCount, cases.size() - first); ++i) {
             if ((active >> i & 1) == 0) continue;
-            answers[first + i] = {(hits >> i & 1) != 0, {values[0][i], values[1][i], values[2][i]}};
+            answers[first + i] = {(hits >> i & 1) != 0,
+                                  {values[0][i], values[1][i], values[2][i], 0, 0}};
         }
     }
 }
