@@ -165,13 +165,19 @@ TEST(Textures, ImageIsUprightFromItsTopRowDown) {
 }
 
 /// A coarse ball around the origin with its smooth normals, in doubles: the sums of the triangles'
-/// cross products.
+/// normals times the angles of their corners.
 struct Ball {
     explicit Ball(int levels) : mesh(icosphere(levels)), normals(mesh.points.size(), dvec3(0)) {
         for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
             const dvec3 a = corner(i);
-            const dvec3 n = glm::cross(corner(i + 1) - a, corner(i + 2) - a);
-            for (std::size_t k = 0; k < 3; ++k) normals[mesh.triangles[i + k]] += n;
+            const dvec3 n = glm::normalize(glm::cross(corner(i + 1) - a, corner(i + 2) - a));
+            for (std::size_t k = 0; k < 3; ++k) {
+                const dvec3 to_next = corner(i + (k + 1) % 3) - corner(i + k);
+                const dvec3 to_last = corner(i + (k + 2) % 3) - corner(i + k);
+                const double angle =
+                    std::acos(glm::dot(glm::normalize(to_next), glm::normalize(to_last)));
+                normals[mesh.triangles[i + k]] += angle * n;
+            }
         }
         for (dvec3& n : normals) n = glm::normalize(n);
     }

@@ -81,7 +81,7 @@ Case plane_case(Random& random, double ratio) {
 
 TEST(RefinedHits, AreWithinTwoUlpOnPlanesOfAnySize) {
     Random random(94);
-    for (const double ratio : {3.0, 10.0, 1e3, 1e5, 1e6}) {
+    for (const double ratio : {10.0, 1e3, 1e5, 1e6}) {
         int hits = 0, hits_of_mean = 0;
         double t_error = 0, weight_error = 0;
         for (int i = 0; i < 4000; ++i) {
@@ -129,7 +129,6 @@ TEST(Hits, AreWithinTheirErrorOfTheExactOnes) {
         if (!exact) continue;
         if (is_rough(hit)) {
             ++rough;
-            // Needles of 2^-20 of their length leave pairs of floats 2^-20 of their digits.
             EXPECT_LE(off_by(hit.t, exact->t, ulp_of(hit.t)), 2);
         } else {
             ++smooth;

@@ -137,14 +137,16 @@ TEST(TreeQueries, FindTheExactlyClosestTriangleAmongRivalsOnEveryTarget) {
             const std::vector<vec3> points = grouped_points(scene, groups);
             std::vector<std::uint32_t> closest;
             for (const vec3& p : points) closest.push_back(exact_closest(bvh, dvec3(p)).prim_id);
+            const std::vector<dvec3> exact(points.begin(), points.end());
             Rivals of_brute;
             cpu::BruteTracer(scene.topology(), scene.positions())(
-                ClosestQuery{points, kAnyDistance2, {}, {}, &of_brute});
+                ClosestQuery{points, kAnyDistance2, {}, {}, &of_brute, exact});
             expect_closest_among(of_brute, points, closest);
             for (const SimdTarget& target : supported_simd_targets()) {
                 SCOPED_TRACE(std::string(named.name) + ", " + target.name);
                 Rivals rivals;
-                cpu::TreeQueries(bvh, target)(ClosestQuery{points, kAnyDistance2, {}, {}, &rivals});
+                cpu::TreeQueries(
+                    bvh, target)(ClosestQuery{points, kAnyDistance2, {}, {}, &rivals, exact});
                 expect_closest_among(rivals, points, closest);
             }
         }
