@@ -340,7 +340,17 @@ SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
     Float last;
     padded_interval(slab_ray(s.org, s.dir), lower, upper, first, last);
     Float kept = lesser(greater(t.hi, first), last);
-    is_known = is_known && kept > kTiny;
+    // Pairs may leave no digit of a plane that the ray all but lies in. There the mean stays, as
+    // everywhere where its error is less than 16 times theirs.
+    PRECISE Float3 size = Float3(abs(e1.hi.y * e2.hi.z) + abs(e1.hi.z * e2.hi.y),
+                                 abs(e1.hi.z * e2.hi.x) + abs(e1.hi.x * e2.hi.z),
+                                 abs(e1.hi.x * e2.hi.y) + abs(e1.hi.y * e2.hi.x));
+    Float of_height = dot3(size, Float3(abs(way.hi.x), abs(way.hi.y), abs(way.hi.z)));
+    Float of_slant = dot3(size, Float3(abs(s.dir.x), abs(s.dir.y), abs(s.dir.z)));
+    PRECISE Float lost = of_height + (of_slant + abs(slant.hi)) * abs(t.hi);
+    PRECISE Float room = (kPairRoom * hit.error) * abs(slant.hi);
+    PRECISE Float moved = 2.0f * (kept - hit.t);
+    is_known = is_known && kept > kTiny && lost <= room && abs(moved) <= hit.error;
     t.lo = select(kept == t.hi, t.lo, 0.0f);
     t.hi = select(is_known, kept, hit.t);
 

@@ -81,7 +81,7 @@ inline bool TrianglePlane::place(vec3 dir, TriangleHit& hit) const {
     hit.t = float_of(t - t_error);
     hit.u = weight_of(wb - error);
     hit.v = weight_of(wc - error);
-    return t > kTiny && rest < 0x1p-20 && hit.t == float_of(t + t_error) &&
+    return t > kTiny && rest < 0x1p-25 && hit.t == float_of(t + t_error) &&
            hit.u == weight_of(wb + error) && hit.v == weight_of(wc + error);
 }
 

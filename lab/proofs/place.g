@@ -26,6 +26,7 @@
 #                interval of the padded, dilated box; t rounds them once.
 #
 # step: kHitRounding 0.6
+# step: kPairRoom 2
 # step: kIntervalRounding 0.7
 # step: kFarProjectionError 0.1
 # step: kDepthRounding 0.9999995
@@ -63,6 +64,10 @@ first = rho + 1.01 * e;
 lower = 2.01 * e;
 { 40 * e * e - (first * e + (lower + e) * e * 1.01 + (first + lower) * (1.01 * e + e + rho) * 1.01
                 + first * lower * 1.01) >= 0 }
+
+## lemma: kPairRoom: 16 times the error of pairs is within that of the hit
+e = @kRounding@;
+{ 0x1p42 / 16 * (1 + 0x1p-20) - @kPairRoom@ >= 0 /\ 0x1p-42 - 40 * e * e >= 0 }
 
 ## lemma: in all 2^-42
 e = @kRounding@;
