@@ -44,7 +44,8 @@ SHARED_CONST float kRoughDepth = 2.288818359375e-05f;
 SHARED_CONST float kRoughSlope = 9.1552734375e-05f;
 // Refined hits keep to their box up to this part of t, 7 * 2^-24.
 SHARED_CONST float kIntervalRounding = 4.172325134277344e-07f;
-// The inverse of the error of pairs over 16: 2^38.
+// No hit is farther: 2^41. The inverse of the error of pairs over 16: 2^38.
+SHARED_CONST float kFarthestHit = 2199023255552.0f;
 SHARED_CONST float kPairRoom = 274877906944.0f;
 
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test

@@ -347,7 +347,7 @@ SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
                                  abs(e1.hi.x * e2.hi.y) + abs(e1.hi.y * e2.hi.x));
     Float of_height = dot3(size, Float3(abs(way.hi.x), abs(way.hi.y), abs(way.hi.z)));
     Float of_slant = dot3(size, Float3(abs(s.dir.x), abs(s.dir.y), abs(s.dir.z)));
-    PRECISE Float lost = of_height + (of_slant + abs(slant.hi)) * abs(t.hi);
+    PRECISE Float lost = of_height + (of_slant + abs(slant.hi)) * lesser(abs(t.hi), kFarthestHit);
     PRECISE Float room = (kPairRoom * hit.error) * abs(slant.hi);
     PRECISE Float moved = 2.0f * (kept - hit.t);
     is_known = is_known && kept > kTiny && lost <= room && abs(moved) <= hit.error;
