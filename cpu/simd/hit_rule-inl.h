@@ -33,9 +33,15 @@ struct FastTriangle {
 HWY_NOINLINE inline void refine_hits(const lanes::ShearedRay& s, const lanes::Edges& e,
                                      const TriangleCorners& t, Mask rough,
                                      lanes::TriangleHit& hit) {
+    // Other lanes may hold vertices that are not finite, whose products overflow.
+    const auto taken = [&](const lanes::Float3& v) HWY_ATTR {
+        const lanes::Float3 r = lanes::rotate_axes(v, s.axis);
+        return lanes::Float3(zero_unless(rough, r.x), zero_unless(rough, r.y),
+                             zero_unless(rough, r.z));
+    };
     lanes::TriangleHit refined = hit;
-    lanes::refine_hit(s, e, lanes::rotate_axes(t.a, s.axis), lanes::rotate_axes(t.b, s.axis),
-                      lanes::rotate_axes(t.c, s.axis), refined);
+    refined.error = zero_unless(rough, hit.error);
+    lanes::refine_hit(s, e, taken(t.a), taken(t.b), taken(t.c), refined);
     hit.t = select(rough, refined.t, hit.t);
     hit.u = select(rough, refined.u, hit.u);
     hit.v = select(rough, refined.v, hit.v);
@@ -47,7 +53,8 @@ HWY_INLINE Mask refined_in_range(const lanes::ShearedRay& s, const lanes::Edges&
                                  lanes::TriangleHit& hit) {
     const Mask rough = hits & lanes::is_rough(hit);
     if (HWY_UNLIKELY(!none(rough))) {
-        const Mask asked = rough & lanes::may_be_in_range(hit, range.tnear, range.tfar);
+        const Mask asked = rough & lanes::may_be_in_range(hit, range.tnear, range.tfar) &
+                           lanes::finite_vertices(t.a, t.b, t.c);
         if (!none(asked)) refine_hits(s, e, t, asked, hit);
         hits = and_not(rough, hits) | asked;
     }
