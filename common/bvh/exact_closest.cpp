@@ -395,7 +395,8 @@ private:
         std::array<double, 3> weights;
     };
 
-    /// Whether a bound along the normal leaves a triangle out, which may have any direction.
+    /// Whether the plane of the triangle is farther than the nearest place so far. The normal may
+    /// have any length and sign.
     bool is_behind_plane(const Corners& corners) const {
         const dvec3 a = dvec3(corners[0]) - p_;
         const dvec3 b = dvec3(corners[1]) - p_;
@@ -432,9 +433,9 @@ private:
     double least_of_middle_;
     /// Above the squared distance of the middle by more than a plain one is rounded.
     double plain_most_ = std::numeric_limits<double>::infinity();
-    /// The same for triangles whose corners are farther away.
+    /// plain_most_ with room for the rounding of differences from the point.
     double far_most_ = std::numeric_limits<double>::infinity();
-    /// Coordinate of the point.
+    /// The largest coordinate of the point.
     double largest_;
     std::vector<Candidate> candidates_;
 };

@@ -271,10 +271,10 @@ SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
     return e.depth_range < e.depth_size || abs(z) > error;
 }
 
-/// Whether t, u and v of a hit are those of the exact place (refine_hit).
+/// Whether refine_hit() must replace t, u and v of the hit.
 SHARED Bool is_rough(TriangleHit hit) { return hit.error > hit.allowed; }
 
-/// Whether a rough hit may be one from tnear up to tfar.
+/// Whether t of a hit may lie in [tnear, tfar] after refine_hit().
 SHARED Bool may_be_in_range(TriangleHit hit, Float tnear, Float tfar) {
     PRECISE Float least = hit.t - hit.error;
     PRECISE Float most = hit.t + hit.error;
@@ -382,7 +382,7 @@ SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
 
 #ifndef SHARED_LANES
 
-/// Whether a hit of weighted_hit() or exact_hit() is one from tnear up to tfar; refines it first.
+/// Refines a hit of weighted_hit() or exact_hit() if it is rough. Returns is_in_range() of it.
 SHARED bool is_refined_in_range(ShearedRay s, Edges e, float tnear, float tfar, vec3 a, vec3 b,
                                 vec3 c, INOUT(TriangleHit) hit) {
     if (is_rough(hit)) {

@@ -3,9 +3,10 @@
 // Based on: M. Joldes, J.-M. Muller, V. Popescu. Tight and rigorous error bounds for basic building
 // blocks of double-word arithmetic. ACM TOMS 44(2), 2017.
 //
-// With e = 2^-24, a sum is off by 3 e^2 of itself and a product by 6 e^2, and terms of e^3. All
-// parts of differences of coordinates and of their products are multiples of these grids' products,
-// so that no denormal arises (docs/design/arithmetic.md, "No denormals").
+// With e = 2^-24, a sum is off by 3 e^2 of itself and a product by 8 e^2, and terms of e^3
+// (lab/proofs/place.g). Parts of differences of coordinates are multiples of 2^-40, and parts of
+// products are multiples of the products of their grids, so that no denormal arises
+// (docs/design/arithmetic.md, "No denormals").
 #if !defined(COMMON_INTEROP_PAIRS_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_PAIRS_H
 #define COMMON_INTEROP_PAIRS_H
@@ -117,7 +118,7 @@ SHARED Pair way_on_ray(Pair t, Float d, Pair way) {
 /// Sets q to n / d, to some e^2 of itself; or to 0 below 2^-90. False, with any q, for d = 0 and
 /// where the quotient is beyond 2^60.
 SHARED Bool pair_quotient(Pair n, Pair d, OUT(Pair) q) {
-    // Of scaled numbers no product is a denormal that counts.
+    // Both are scaled to [1, 2), so that denormals are too small to change the result.
     Bool is_known = abs(d.hi) > 0.0f;
     Bool is_zero = n.hi == 0.0f;
     Float n_size = select(is_zero, 1.0f, abs(n.hi));

@@ -128,7 +128,7 @@ SHARED Float3 box_entries(SlabRay s, Float3 lower, Float3 upper, OUT(Float) leav
     return Float3(select(nx, ux, lx), select(ny, uy, ly), select(nz, uz, lz));
 }
 
-/// Whether the ray's line meets the dilated box at some t >= 0, and the least depth of hits in it.
+/// Whether the ray's line meets the dilated box at some t >= 0. Sets the least depth of hits in it.
 SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) {
     Float leave;
     Float3 near = box_entries(s, lower, upper, leave);
@@ -139,7 +139,7 @@ SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) 
 }
 
 /// The interval of t in which the ray's line passes the padded box of vertices with these bounds,
-/// longer by kIntervalRounding of itself at both ends: what rounds to a t in it is in it.
+/// widened by kIntervalRounding of each end, so that rounding moves no t of the interval outside.
 SHARED void padded_interval(SlabRay s, Float3 lower, Float3 upper, OUT(Float) first,
                             OUT(Float) last) {
     Float extent = largest_extent(lower, upper);

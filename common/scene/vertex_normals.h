@@ -17,11 +17,11 @@ public:
     /// Three indices for each triangle, or kFlatCorner. Memory is taken up to the largest.
     VertexNormals(std::span<const uvec3> triangles, std::span<const uvec3> ids);
 
-    /// Sets the normals: unit vectors of the sums of their triangles' unit normals times the angles
-    /// of their corners there, in the order of prim_id; 0 where that is 0 (G. Thürmer, C. A.
-    /// Wüthrich. Computing Vertex Normals from Polygonal Facets. JGT 3(1), 1998). Triangles without
-    /// an area or with a vertex that is not finite count as 0. Runs in the calling thread's arena;
-    /// the bits do not depend on the number of threads. O(triangles).
+    /// Sets the normals: unit vectors of sums over their corners, in the order of prim_id: the unit
+    /// normal of the triangle times the angle of the corner; 0 where the sum is 0 (G. Thürmer, C.
+    /// A. Wüthrich. Computing Vertex Normals from Polygonal Facets. JGT 3(1), 1998). Triangles
+    /// without an area or with a vertex that is not finite count as 0. Runs in the calling thread's
+    /// arena; the bits do not depend on the number of threads. O(triangles).
     void update(std::span<const vec3> positions);
 
     std::span<const uvec3> ids() const { return ids_; }

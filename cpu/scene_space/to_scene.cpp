@@ -30,8 +30,8 @@ HWY_INLINE std::array<float, 3> centre_of(const SceneSpace& space) {
 ///
 /// All operations are those of to_scene() on doubles, rounded to floats. They give its bits:
 ///
-/// 1. Products with powers of two are exact unless they overflow or become denormals. Those are
-///    refused, or cut at kInfiniteT; these are 0 in to_scene(), too, or end below 2^-100.
+/// 1. Products with powers of two are exact unless they overflow or become denormals. Overflows
+///    are refused, or cut at kInfiniteT. Denormals are 0 in to_scene(), too, or end below 2^-100.
 /// 2. world - centre is rounded to double there, and then to float; here to float at once. If the
 ///    exponents differ by less than 29, the difference has at most 53 digits and is exact as a
 ///    double. Otherwise the smaller number is below a quarter of the distance of the larger one

@@ -265,7 +265,7 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
 // triangle that a secondary ray starts from. The fast path answers where it is certain, the exact
 // path for the other triangles.
 
-/// What the rule says of a ray and the triangle in a slot of a leaf.
+/// Whether the ray hits the triangle in this slot of the leaf by the rule, up to tfar; sets where.
 HWY_NOINLINE inline bool intersect_slot(const RayStream& stream, std::size_t ray, float tfar,
                                         const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
     ShearedRay s;
@@ -278,6 +278,7 @@ HWY_NOINLINE inline bool intersect_slot(const RayStream& stream, std::size_t ray
     const vec3 a = leaf_position(leaf, slot, 0);
     const vec3 b = leaf_position(leaf, slot, 1);
     const vec3 c = leaf_position(leaf, slot, 2);
+    if (!may_hit_triangle(s, a, b, c)) return false;
     return stream.crossing == Crossing::kOwner
                ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
                : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
@@ -359,8 +360,7 @@ HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at)
     return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
 }
 
-/// Whether a rough hit of the triangle in a slot, which the ray surely goes through, counts;
-/// refines it.
+/// intersect_slot() for a ray that surely goes through the triangle and whose hit is rough.
 HWY_NOINLINE inline bool refine_slot(const RayStream& stream, std::size_t ray, float tfar,
                                      const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
     const auto rotated = [&](uint i) {
