@@ -43,7 +43,7 @@ public:
 
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
-    /// Once, if vertices are left out since they are too far.
+    /// Once, if vertices are too far or triangles too small to be hit.
     void warn_of_left_out();
     /// Makes the positions of a frame, and the ground below them. Returns the milliseconds.
     double place(double frame);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
@@ -23,19 +24,22 @@ void for_each_corner(const uvec3& ids, Visit visit) {
         if (ids[k] != kFlatCorner) visit(ids[k], static_cast<std::uint32_t>(k));
 }
 
-/// The angle between a and b, whose cross product has this length, which is not 0: within 2^-24.
-/// The functions of a libm differ between processors.
+/// The angle between a and b, whose cross product has the length `across`, not 0: within 2^-28. The
+/// functions of a libm differ between processors.
 double angle_between(const glm::dvec3& a, const glm::dvec3& b, double across) {
+    constexpr double kTangentOfEighth = 0.41421356237309503;
     const double along = glm::dot(a, b);
-    const double length = std::sqrt(across * across + along * along);
-    const double half = along > 0 ? across / (length + along) : (length - along) / across;
-    const double quarter = half / (1 + std::sqrt(1 + half * half));
-    // The tangent of an eighth, at most 0.42: the first omitted term is below 2^-26.
-    const double x = quarter / (1 + std::sqrt(1 + quarter * quarter));
+    const double least = std::min(across, std::abs(along));
+    const double most = std::max(across, std::abs(along));
+    // The arc tangent of least / most, from that of a number of at most kTangentOfEighth.
+    const bool is_moved = least > kTangentOfEighth * most;
+    const double x = is_moved ? (least - most) / (least + most) : least / most;
     const double x2 = x * x;
     double sum = 0;
     for (int k = 17; k >= 1; k -= 2) sum = 1.0 / k - x2 * sum;
-    return 8 * x * sum;
+    double angle = x * sum + (is_moved ? 0.25 : 0) * std::numbers::pi;
+    if (across > std::abs(along)) angle = 0.5 * std::numbers::pi - angle;
+    return along < 0 ? std::numbers::pi - angle : angle;
 }
 
 }  // namespace
@@ -73,14 +77,14 @@ void VertexNormals::update(std::span<const vec3> positions) {
                                    p[2].x != kInvalidCoordinate;
             const glm::dvec3 normal = glm::cross(p[1] - p[0], p[2] - p[0]);
             const double across = std::sqrt(glm::dot(normal, normal));
-            for (std::size_t k = 0; k < 3; ++k) {
-                vec3& weighted = weighted_[3 * i + k];
-                weighted = vec3(0.0f);
-                if (!is_finite || across == 0) continue;
-                const double angle =
-                    angle_between(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k], across);
-                weighted = vec3(normal * (angle / across));
-            }
+            vec3* const weighted = &weighted_[3 * i];
+            std::fill_n(weighted, 3, vec3(0.0f));
+            if (!is_finite || across == 0) continue;
+            double angle[3];
+            for (int k = 0; k < 2; ++k)
+                angle[k] = angle_between(p[k + 1] - p[k], p[(k + 2) % 3] - p[k], across);
+            angle[2] = std::numbers::pi - (angle[0] + angle[1]);
+            for (int k = 0; k < 3; ++k) weighted[k] = vec3(normal * (angle[k] / across));
         }
     });
     tbb::parallel_for(Range(0, begins_.size() - 1, kGrain), [&](const Range& range) {

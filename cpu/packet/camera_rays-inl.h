@@ -534,24 +534,24 @@ private:
 
     /// Writes the hits for which the rule takes its fast path. The others become fallback rays,
     /// whatever is written for them here.
-    HWY_INLINE void finish_hits(BegunHits& rays) {
+    HWY_INLINE void finish_hits(const BegunHits& rays) {
         const Mask has_candidate = mask_of(rays.rays);
         // A mask as a vector, not a constant of all ones: compilers compare a register with itself
         // to make one, and each iteration would wait for the last use of that register.
         const UintVec no_prim = as_uint(hn::VecFromMask(kFloats, !has_candidate));
         FloatVec t, u, v;
-        const FloatVec z = rays.fast.weigh(t, u, v);
+        const FastHits::Depth depth = rays.fast.weigh(t, u, v);
         write({zero_unless(has_candidate, t), zero_unless(has_candidate, u),
                zero_unless(has_candidate, v), rays.prim_ids | no_prim},
               place(rays.first));
-        const FloatVec error = rays.fast.error, allowed = rays.fast.allowed;
-        const Mask is_smooth = error <= splat(1 - FastHits::kErrorRounding) * allowed;
+        constexpr float kRounding = FastHits::kErrorRounding;
+        const Mask is_smooth = depth.error <= splat(1 - kRounding) * depth.allowed;
         const std::uint32_t rest =
             rays.rays & ~bits_of(rays.is_fast & is_smooth & rays.fast.is_ahead);
         if (HWY_LIKELY(rest == 0)) return;
         const Mask ahead =
-            rays.is_fast & (rays.fast.is_ahead | rays.fast.is_hit_ahead(z, splat(slack_)));
-        const Mask is_rough = error > splat(1 + FastHits::kErrorRounding) * allowed;
+            rays.is_fast & (rays.fast.is_ahead | rays.fast.is_hit_ahead(depth.z, splat(slack_)));
+        const Mask is_rough = depth.error > splat(1 + kRounding) * depth.allowed;
         finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(ahead & is_rough));
     }
 

@@ -134,17 +134,21 @@ HWY_INLINE void gather_corners(const float* values, UintVec packed, FloatVec out
 /// goes through in front of its origin: the hits of weighted_hit() with edge functions from
 /// fast_edges(), in fewer operations. Checked: lab/proofs/fast_hits.g.
 struct FastHits {
+    /// The part of its own size by which an error of t may differ from that of weighted_hit().
     static constexpr float kErrorRounding = 0x1p-10f;
+
+    /// z of hits; the errors of t, and from which on hits are rough.
+    struct Depth {
+        FloatVec z, error, allowed;
+    };
+
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
     FloatVec size[3];
     /// Which triangles have all vertices in front of the origin.
     Mask is_ahead;
-    /// The error of t: spread over the sum of edge functions, and rounding.
-    FloatVec spread, rounding;
-    FloatVec range;
-    /// Set by weigh(): the error of t, up to kErrorRounding of itself, and what is allowed.
-    FloatVec error, allowed;
+    /// The error of t by the bound of the edge functions, times their sum.
+    FloatVec error_times_sum;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
     /// Returns the rays for which the rule takes its fast path if the sign of their z is certain.
@@ -167,9 +171,7 @@ struct FastHits {
                                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
         const FloatVec bound = r * mul_add(splat(2.0f), r, m);
         const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
-        range = depth_range;
-        spread = splat(6.0f) * bound * depth_range;
-        rounding = splat(kHitRounding) * (depth_range + depth_size());
+        error_times_sum = splat(6.0f) * bound * depth_range;
         // The exact functions have one sign, and so have these where they exceed their bound.
         const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
         // All z are positive, and their range is less than the farthest: the sign is certain.
@@ -177,9 +179,9 @@ struct FastHits {
         return is_flat & is_certain;
     }
 
-    /// Sets t, u and v, and returns z. scaled_weight() drops nothing here: functions that suffice
+    /// Sets t, u and v. scaled_weight() drops nothing here: functions that suffice
     /// exceed the bound, and so 2^-20 m^2, and their sum is at most 2 m^2.
-    HWY_INLINE FloatVec weigh(FloatVec& t, FloatVec& u, FloatVec& v) {
+    HWY_INLINE Depth weigh(FloatVec& t, FloatVec& u, FloatVec& v) const {
         const FloatVec scale = lanes::rcp_of_positive(sum());
         u = size[1] * scale;
         v = size[2] * scale;
@@ -187,9 +189,10 @@ struct FastHits {
         const FloatVec weighted = wa * z[0] + u * z[1] + v * z[2];
         const FloatVec mean = lanes::lesser(lanes::greater(weighted, nearest()), farthest());
         t = mean * lanes::rcp_of_positive(dz);
-        error = mul_add(spread, scale, rounding);
-        allowed = lanes::allowed_error(range, mean, t);
-        return mean;
+        const FloatVec range = farthest() - nearest();
+        const FloatVec rounding = splat(kHitRounding) * (range + depth_size());
+        return {mean, mul_add(error_times_sum, scale, rounding),
+                lanes::allowed_error(range, mean, t)};
     }
 
     /// Returns the rays for which project() returned true and whose z, which weigh() returned
