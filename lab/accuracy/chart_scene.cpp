@@ -394,36 +394,35 @@ RaySet to_world(RaySet rays, const SceneSpace& space) {
 }
 
 std::vector<ChartInput> failure_scenes() {
-    std::vector<ChartInput> scenes = {sphere("sphere", 1, {0, 0, 0}),
-                                      sphere("offset 1e3", 1, {1e3, 1e3, 1e3}),
-                                      sphere("offset 1e5", 1, {1e5, 1e5, 1e5}),
-                                      sphere("scale 1e-20", 1e-20, {0, 0, 0}),
-                                      sphere("scale 1e30", 1e30, {0, 0, 0}),
-                                      needles(),
-                                      fan(),
-                                      sheets("duplicates", 0),
-                                      sheets("nearly coplanar", 1e-6),
-                                      detail(),
-                                      ground(),
-                                      planes(),
-                                      decal()};
-    constexpr std::array kBreaks = {
-        "a closed mesh: at a vertex or an edge, rays slip between two triangles",
-        "coordinates far from 0 have lost 10 bits to the offset",
-        "coordinates far from 0 have lost 17 bits to the offset",
-        "products of coordinates underflow, so that areas become 0",
-        "products of coordinates overflow",
-        "triangles that are seen end on and ten thousand times as long as wide",
-        "rays at a vertex of 2,000 triangles fall between all of them",
-        "surfaces in one place, whose depths are equal: the answer must still be one that is hit",
-        "surfaces so near to each other that errors of depth change their order",
+    std::vector<ChartInput> scenes;
+    const auto add = [&scenes](ChartInput made, const char* breaks) {
+        made.breaks = breaks;
+        scenes.push_back(std::move(made));
+    };
+    add(sphere("sphere", 1, {0, 0, 0}),
+        "a closed mesh: at a vertex or an edge, rays slip between two triangles");
+    add(sphere("offset 1e3", 1, {1e3, 1e3, 1e3}),
+        "coordinates far from 0 have lost 10 bits to the offset");
+    add(sphere("offset 1e5", 1, {1e5, 1e5, 1e5}),
+        "coordinates far from 0 have lost 17 bits to the offset");
+    add(sphere("scale 1e-20", 1e-20, {0, 0, 0}),
+        "products of coordinates underflow, so that areas become 0");
+    add(sphere("scale 1e30", 1e30, {0, 0, 0}), "products of coordinates overflow");
+    add(needles(), "triangles that are seen end on and ten thousand times as long as wide");
+    add(fan(), "rays at a vertex of 2,000 triangles fall between all of them");
+    add(sheets("duplicates", 0),
+        "surfaces in one place, whose depths are equal: the answer must still be one that is hit");
+    add(sheets("nearly coplanar", 1e-6),
+        "surfaces so near to each other that errors of depth change their order");
+    add(detail(),
         "a ball on a square a million times as large: beside the range of depth of the square's "
-        "triangles the ball is so thin that the farther of two hits can be taken for the nearer",
+        "triangles the ball is so thin that the farther of two hits can be taken for the nearer");
+    add(ground(),
         "a pebble, a needle and a crack of centimetres: depths that err by parts of the ground's "
-        "size",
-        "two planes that are turned by 1e-7, and a third: errors of depth change their order",
-        "a square that lies three floats above another one"};
-    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i].breaks = kBreaks[i];
+        "size");
+    add(planes(),
+        "two planes that are turned by 1e-7, and a third: errors of depth change their order");
+    add(decal(), "a square that lies three floats above another one");
     return scenes;
 }
 
