@@ -1,59 +1,46 @@
 // A device, and the backends that scenes on it use.
 #pragma once
 
-#include <mutex>
+#include <functional>
+#include <memory>
+#include <string>
 
 #include "common/backend.h"
 #include "common/base/thread_arena.h"
 #include "common/simd/simd_target.h"
-#include "cpu/cpu_backend.h"
 #include "morphray/device.hpp"
-
-namespace mray::gpu {
-struct SharedDevice;
-}
 
 namespace morphray::detail {
 
 /// A backend holds one scene, so each scene has one of its own. Threads may share a DeviceImpl.
 class DeviceImpl {
 public:
-    enum class Kind { cpu, vulkan, brute };
+    /// Makes a backend for a scene; threads may call it at the same time. Throws mray::Error.
+    using MakeBackend = std::function<std::unique_ptr<mray::Backend>()>;
 
-    DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan);
+    /// `host`: threads and instruction set of the host's work.
+    explicit DeviceImpl(MakeBackend make, const CpuOptions& host = {});
 
-    static Device make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan);
+    /// Throws Error.
+    static Device make(MakeBackend make, const CpuOptions& host = {});
     static DeviceImpl& of(const Device& device) { return *device.impl_; }
 
     const std::string& name() const { return name_; }
     const std::string& description() const { return description_; }
-    int threads() const { return cpu_.threads; }
+    int threads() const { return host_.threads; }
     /// For the host's work: reading positions, converting and tracing rays.
     const mray::SimdTarget& simd_target() const { return simd_target_; }
     mray::ThreadArena& arena() { return arena_; }
 
-    /// A backend for a scene. Those of a Vulkan device share what is compiled. Throws mray::Error.
-    std::unique_ptr<mray::Backend> make_backend();
+    std::unique_ptr<mray::Backend> make_backend() const { return make_(); }
 
 private:
-    Kind kind_;
-    CpuOptions cpu_;
-    VulkanOptions vulkan_;
+    MakeBackend make_;
+    CpuOptions host_;
     mray::ThreadArena arena_;
     mray::SimdTarget simd_target_;
     std::string name_;
     std::string description_;
-    /// Guards the device of Vulkan, which is null until the first backend.
-    std::mutex mutex_;
-    std::shared_ptr<mray::gpu::SharedDevice> shared_;
 };
-
-/// Has both backends trace, shade, refit and query a small scene. Returns what differs first, such
-/// as "closest hits"; empty if all bits are equal. Throws what the backends throw.
-std::string find_difference(mray::Backend& tested, mray::Backend& reference);
-
-/// True if the tested backend takes denormals for 0, unlike the reference. No result depends on
-/// that (docs/design/arithmetic.md, "No denormals").
-bool flushes_denormals(mray::Backend& tested, mray::Backend& reference);
 
 }  // namespace morphray::detail

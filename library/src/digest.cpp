@@ -1,21 +1,22 @@
-// The digest of a device: a hash of its answers about a scene that is the same on every machine.
+#include "library/src/digest.h"
+
 #include <random>
 
 #include "common/base/hash.h"
 #include "common/interop/platform.h"
+#include "library/src/engine.h"
 #include "library/src/scene/errors.h"
 #include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray {
+namespace detail {
 namespace {
 
 using mray::vec3;
 
 constexpr std::uint32_t kGridSide = 32;
 constexpr std::uint32_t kVertices = kGridSide * kGridSide;
-/// Rays, and points, for each pose.
-constexpr std::uint32_t kQuestions = 2200;
 
 /// A closed grid, then twins and a triangle without an area, which enclose nothing.
 std::vector<std::uint32_t> make_triangles() {
@@ -48,6 +49,8 @@ vec3 place_on_torus(std::uint32_t vertex) {
 /// and the standard defines the numbers of std::mt19937.
 class Digest {
 public:
+    Digest(std::uint32_t questions, const DigestStep& step) : questions_(questions), step_(step) {}
+
     std::uint64_t compute(const Device& device) {
         std::vector<vec3> guest;
         for (std::uint32_t i = 0; i < kVertices; ++i) {
@@ -73,6 +76,11 @@ public:
             scene.update();
             add_answers(scene, rays);
         }
+        // A device moves bodies that are refitted itself.
+        const Transform turned{
+            {{{0.75, -0.625, 0, 0.25}, {0.625, 0.75, 0.125, -0.5}, {0, -0.25, 0.875, 0.125}}}};
+        scene.update(std::array{MeshPose{0, turned}, MeshPose{1, turned}});
+        add_answers(scene, Rays::primary);
         return hasher_.digest();
     }
 
@@ -89,18 +97,33 @@ private:
         for (vec3& p : positions) p += 0.125f * vec3(p.y, p.z, -p.x) + 0.015625f * random_place();
     }
 
+    void end_step(const char* what) {
+        if (step_) step_(what, hasher_.digest());
+    }
+
     /// Adds the answers to all rays or points, which query(answers) finds.
     template <class Answer, class Query>
-    void add(Query query) {
-        std::vector<Answer> answers(kQuestions);
+    void add(const char* what, Query query) {
+        std::vector<Answer> answers(questions_);
         query(std::span(answers));
         hasher_.add(answers);
+        end_step(what);
     }
 
     void add_answers(const Scene& scene, Rays rays_of_image) {
+        if (step_) {
+            // NaNs of other processors may have other bits, so trees are no part of kDigest.
+            const mray::Bvh& tree = engine::backend(scene).host_tree();
+            step_("boxes and leaves", mray::Hasher().add(tree.nodes).add(tree.leaves).digest());
+        }
+        ask(scene);
+        render(scene, rays_of_image);
+    }
+
+    void ask(const Scene& scene) {
         std::vector<Ray> rays;
         std::vector<Vec3> points;
-        for (std::uint32_t i = 0; i < kQuestions; ++i) {
+        for (std::uint32_t i = 0; i < questions_; ++i) {
             const std::vector<vec3>& positions = i % 2 == 0 ? body_ : sheet_;
             const std::uint32_t* const triangle = &triangles_[random_() % (2 * kVertices) * 3];
             const vec3 a = positions[triangle[0]];
@@ -116,36 +139,64 @@ private:
             if (i % 7 == 0) rays.back().tfar = 1;
             points.push_back({target.x, target.y, target.z});
         }
-        add<Hit>([&](auto hits) { scene.intersect(rays, hits); });
-        add<std::uint8_t>([&](auto occluded) { scene.occluded(rays, occluded); });
-        add<std::uint64_t>([&](auto counts) { scene.count(rays, counts); });
+        std::vector<Hit> first;
+        add<Hit>("closest hits", [&](auto hits) {
+            scene.intersect(rays, hits);
+            first.assign(hits.begin(), hits.end());
+        });
+        add<std::uint8_t>("any hits", [&](auto occluded) { scene.occluded(rays, occluded); });
+        add<std::uint64_t>("counts", [&](auto counts) { scene.count(rays, counts); });
         for (const Crossing crossing : {Crossing::once, Crossing::each, Crossing::owner}) {
             const AllHits all = scene.intersect_all(rays, {crossing, 5});
             hasher_.add(all.offsets).add(all.hits).add(all.left_out);
         }
-        add<std::int32_t>([&](auto windings) { scene.winding(points, windings); });
-        add<std::uint8_t>([&](auto in) { scene.contains(points, in, FillRule::odd); });
-        add<float>([&](auto distances) { scene.signed_distance(points, distances); });
-        std::vector<ClosestPoint> closest(kQuestions);
+        end_step("all hits");
+        for (std::size_t i = 0; i < rays.size(); i += 50)
+            hasher_.add(std::array{scene.intersect(rays[i], first[i], Crossing::owner)});
+        end_step("next hits");
+        add<std::int32_t>("windings", [&](auto windings) { scene.winding(points, windings); });
+        add<std::uint8_t>("insides", [&](auto in) { scene.contains(points, in, FillRule::odd); });
+        add<float>("distances", [&](auto out) { scene.signed_distance(points, out); });
+        std::vector<ClosestPoint> closest(questions_);
         scene.closest_points(points, closest);
         // Without their padding.
         for (const ClosestPoint& c : closest) {
             hasher_.add(std::array{c.point.x, c.point.y, c.point.z, c.distance, c.u, c.v});
             hasher_.add(std::array{c.prim_id, c.geom_id, static_cast<std::uint32_t>(c.feature)});
         }
-        // The camera's floats do not depend on the last bits of a library's tangent of 45 degrees.
-        const Image image = scene.render({.eye = Point{0.5, 2, 1},
-                                          .target = Point{0, 0, 0},
-                                          .fov = 90,
-                                          .light = Point{-3, 4, 5},
-                                          .width = 96,
-                                          .height = 64,
-                                          .rays = rays_of_image,
-                                          .ao_count = 3,
-                                          .ao_distance = 1});
-        hasher_.add(image.hits).add(image.occlusion).add(image.pixels);
+        end_step("closest points");
     }
 
+    void render(const Scene& scene, Rays rays) {
+        // The camera's floats do not depend on the last bits of a library's tangent of 45 degrees.
+        View view{.eye = Point{0.5, 2, 1},
+                  .target = Point{0, 0, 0},
+                  .fov = 90,
+                  .light = Point{-3, 4, 5},
+                  .width = 96,
+                  .height = 64,
+                  .rays = rays,
+                  .ao_count = 3,
+                  .ao_distance = 1};
+        const Image image = scene.render(view);
+        hasher_.add(image.hits);
+        end_step("hits of images");
+        hasher_.add(image.occlusion);
+        end_step("occlusion");
+        hasher_.add(image.pixels);
+        end_step("colours");
+        // Some words of hits alone, which devices that share no memory with the host pack.
+        view.rays = Rays::primary;
+        std::vector<float> depth(image.pixels.size());
+        std::vector<std::uint32_t> prim_id(image.pixels.size());
+        ImageStack stack{.depth = depth, .prim_id = prim_id};
+        scene.render({&view, 1}, stack);
+        hasher_.add(depth).add(prim_id);
+        end_step("depths");
+    }
+
+    const std::uint32_t questions_;
+    const DigestStep& step_;
     const std::vector<std::uint32_t> triangles_ = make_triangles();
     std::vector<vec3> body_;
     std::vector<vec3> sheet_;
@@ -155,10 +206,18 @@ private:
 
 }  // namespace
 
-const std::uint64_t kDigest = 0x11B12D447DFAC24B;
+std::uint64_t compute_digest(const Device& device, std::uint32_t questions,
+                             const DigestStep& step) {
+    return Digest(questions, step).compute(device);
+}
+
+}  // namespace detail
+
+const std::uint64_t kDigest = 0x7694761A36AD1DDB;
 
 std::uint64_t digest(const Device& device) {
-    return detail::with_public_errors([&] { return Digest().compute(device); });
+    constexpr std::uint32_t kQuestions = 2200;
+    return detail::with_public_errors([&] { return detail::compute_digest(device, kQuestions); });
 }
 
 }  // namespace morphray
