@@ -13,14 +13,14 @@ namespace mray::cpu::HWY_NAMESPACE {
 
 /// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.
 struct alignas(64) GridRanges {
-    std::uint32_t columns[16], rows[16];
-    PixelRectangle pixels[16];
+    PerSlot<std::uint32_t> columns, rows;
+    PerSlot<PixelRectangle> pixels;
 };
 
 /// Finds which of some pixels lie within `margin` of rectangles.
 HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectangles& r,
                         GridRanges& ranges) {
-    for (std::size_t l = 0; l < 16; l += kLanes) {
+    for (std::size_t l = 0; l < std::size(ranges.columns); l += kLanes) {
         const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
                            pixels.last_x);
         const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
@@ -210,8 +210,7 @@ public:
 
     /// Tests a leaf, whose box may concern some blocks and, of their rays, those in some pixels.
     HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
-        const auto first_candidate =
-            static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
+        const std::uint32_t first_candidate = next_candidate();
         bool any_closer = false;
         if (pixels.count() > kSmallTriangle * corner_triangle_count(leaf.vertex[0].corners) ||
             !trace_small(leaf, pixels, first_candidate, any_closer))
@@ -219,8 +218,7 @@ public:
         if (!any_closer && uncertain_count_ == 0) return;
         for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
         if (HWY_UNLIKELY(uncertain_count_ != 0)) defer(leaf, first_candidate);
-        if (any_closer && first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
-            add_hit_leaf(packet_, leaf);
+        if (any_closer && first_candidate == next_candidate()) add_hit_leaf(packet_, leaf);
     }
 
     HWY_NOINLINE void resolve() {
@@ -248,6 +246,11 @@ public:
     const BlockSet& uncertain_blocks() const { return uncertain_blocks_; }
 
 private:
+    /// The first candidate of the leaf that is appended next.
+    std::uint32_t next_candidate() const {
+        return triangle_at(static_cast<std::uint32_t>(packet_.hit_leaves.size()), 0);
+    }
+
     /// Blocks of the packet: bit b is block first + b.
     struct Window {
         std::uint32_t first;
@@ -394,8 +397,7 @@ private:
     }
 
     HWY_NOINLINE void defer(const Leaf& leaf, std::uint32_t first_candidate) {
-        if (first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
-            add_hit_leaf(packet_, leaf);
+        if (first_candidate == next_candidate()) add_hit_leaf(packet_, leaf);
         for (std::uint32_t i = 0; i < uncertain_count_; ++i) {
             const UncertainRays& rays = uncertain_[i];
             deferred_.add(rays.first, rays.lanes, rays.candidate);

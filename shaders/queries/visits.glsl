@@ -77,17 +77,16 @@ uint skip_boxes() {
 }
 
 uint visit_node() {
-    uint at = current * kNodeVec4s;
     uint nearest = 0xFFFFFFFFu;
     uint next = kEmptyChild;
-    for (uint group = 0u; group < 4u; ++group) {
-        vec4 lower_x = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeLowerX + group));
-        vec4 upper_x = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeUpperX + group));
-        vec4 lower_y = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeLowerY + group));
-        vec4 upper_y = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeUpperY + group));
-        vec4 lower_z = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeLowerZ + group));
-        vec4 upper_z = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeUpperZ + group));
-        uvec4 child = AT4_IN_PLACE(nodes, at + kNodeChild + group);
+    for (uint quarter = 0u; quarter < 4u; ++quarter) {
+        vec4 lower_x = four_planes(current, quarter, 0u, 0u);
+        vec4 upper_x = four_planes(current, quarter, 0u, 1u);
+        vec4 lower_y = four_planes(current, quarter, 1u, 0u);
+        vec4 upper_y = four_planes(current, quarter, 1u, 1u);
+        vec4 lower_z = four_planes(current, quarter, 2u, 0u);
+        vec4 upper_z = four_planes(current, quarter, 2u, 1u);
+        uvec4 child = four_children(current, quarter);
         for (uint i = 0u; i < 4u; ++i) {
             uint key;
             bool is_met = meets(vec3(lower_x[i], lower_y[i], lower_z[i]),
@@ -118,13 +117,13 @@ uint visit_node() {
 
 /// One triangle of the leaf.
 uint visit_triangle() {
-    uint at = (current & ~kLeafBit) * kLeafVec4s;
-    uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
+    uint leaf = leaf_of(current);
+    uint count = leaf_triangle_count(leaf);
     uint steps = 1u;
     if (triangle < count) {
         vec3 a, b, c;
-        leaf_triangle(at, triangle, a, b, c);
-        steps += test_triangle(a, b, c, leaf_prim(at, triangle));
+        leaf_triangle(leaf, triangle, a, b, c);
+        steps += test_triangle(a, b, c, leaf_prim(leaf, triangle));
         triangle += 1u;
     }
     if (triangle >= count) {
@@ -177,7 +176,7 @@ void answer_query(uint query) {
     if (args.round == kRoundAgain) load_state(slot);
     uint steps = 0u;
     while (current != kEmptyChild && steps < kSteps) {
-        if ((current & kLeafBit) == 0u) {
+        if (!is_leaf(current)) {
             steps += visit_node();
         } else {
             steps += visit_triangle();

@@ -36,8 +36,8 @@ Hit closest_hit(Traversal t) {
     return t.best_prim == kNoPrim ? no_hit() : make_hit(t.best, t.best_prim);
 }
 
-/// The planes that the ray meets first and last on each axis: their offsets in a node, and the
-/// ray's origin for each of them, as in hits_box. Axes are rotated so that z is the main one.
+/// The planes that the ray meets first and last on each axis: how far they are from quarter_at(),
+/// and the ray's origin for each of them, as in hits_box. Axes are rotated so that z is the main one.
 struct NodeRay {
     uvec3 near_planes;
     uvec3 far_planes;
@@ -54,8 +54,8 @@ NodeRay node_ray(SlabRay s) {
     vec3 org_lower = rotate_axes(s.org_lower, s.axis);
     vec3 org_upper = rotate_axes(s.org_upper, s.axis);
     bvec3 negative = lessThan(rdir, vec3(0.0f));
-    uvec3 lower = rotate_offsets(uvec3(kNodeLowerX, kNodeLowerY, kNodeLowerZ), s.axis);
-    uvec3 upper = rotate_offsets(uvec3(kNodeUpperX, kNodeUpperY, kNodeUpperZ), s.axis);
+    uvec3 lower = rotate_offsets(uvec3(0u, 2u, 4u) * kPlaneVec4s, s.axis);
+    uvec3 upper = lower + kPlaneVec4s;
     NodeRay n;
     n.near_planes = mix(lower, upper, negative);
     n.far_planes = mix(upper, lower, negative);
@@ -103,7 +103,7 @@ uint bits_of(bvec4 b) {
     return uint(b.x) | uint(b.y) << 1u | uint(b.z) << 2u | uint(b.w) << 3u;
 }
 
-/// Four times the planes of a buffer whose planes are `stride` vectors apart in a node's order.
+/// Meets the four boxes at a place of a buffer. `stride` follows the offsets of planes of a node.
 #define MEET_FOUR(buffer, ray, last, at, stride)                       \
     meet(ray, last, AT4_IN_PLACE(buffer, at + ray.near_planes.x stride), \
          AT4_IN_PLACE(buffer, at + ray.near_planes.y stride),           \
@@ -126,10 +126,11 @@ void consider(inout Traversal t, inout float nearest, uint child, float least) {
 }
 
 /// Tests slots 4 * quarter to 4 * quarter + 3 of a node.
-void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, float last, uint at) {
-    FourBoxes boxes = MEET_FOUR(nodes, ray, last, at, );
+void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, float last, uint node,
+                   uint quarter) {
+    FourBoxes boxes = MEET_FOUR(nodes, ray, last, quarter_at(node, quarter), );
     if (bits_of(boxes.is_hit) == 0u) return;
-    uvec4 child = AT4_IN_PLACE(nodes, at + kNodeChild);
+    uvec4 child = four_children(node, quarter);
     if (boxes.is_hit.x) consider(t, nearest, child.x, boxes.least.x);
     if (boxes.is_hit.y) consider(t, nearest, child.y, boxes.least.y);
     if (boxes.is_hit.z) consider(t, nearest, child.z, boxes.least.z);
@@ -163,11 +164,11 @@ uint visit_node(inout Traversal t, NodeRay ray) {
     float nearest = 3.0e38f;
     float last = last_depth(t.best.t);
     t.current = kEmptyChild;
-    uint met = bits_of(MEET_FOUR(quarters, ray, last, node * kQuarterVec4s, / 4u).is_hit);
+    uint met = bits_of(MEET_FOUR(quarters, ray, last, node * kQuarterVec4s, / kPlaneVec4s).is_hit);
     while (met != 0u) {
         uint quarter = uint(findLSB(met));
         met &= met - 1u;
-        visit_quarter(t, nearest, ray, last, node * kNodeVec4s + quarter);
+        visit_quarter(t, nearest, ray, last, node, quarter);
     }
     return t.current == kEmptyChild ? 6u + pop(t) : 6u;
 }
@@ -188,21 +189,20 @@ bool fast_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleH
 }
 
 uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, bool any_hit) {
-    uint leaf = t.current & ~kLeafBit;
-    uint at = leaf * kLeafVec4s;
-    uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
+    uint leaf = leaf_of(t.current);
+    uint count = leaf_triangle_count(leaf);
     // A single group has the box by which the leaf was found.
     uint met = (1u << (count + 3u) / 4u) - 1u;
     if (count > 4u) {
         float last = last_depth(t.best.t);
-        met = bits_of(MEET_FOUR(groups, boxes, last, leaf * kQuarterVec4s, / 4u).is_hit);
+        met = bits_of(MEET_FOUR(groups, boxes, last, leaf * kQuarterVec4s, / kPlaneVec4s).is_hit);
     }
     while (met != 0u) {
         uint first = 4u * uint(findLSB(met));
         met &= met - 1u;
         for (uint i = first; i < min(first + 4u, count); ++i) {
             vec3 a, b, c;
-            leaf_triangle(at, i, a, b, c);
+            leaf_triangle(leaf, i, a, b, c);
             Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                                  project_fast(sheared, c));
             if (!may_be_inside(e)) continue;
@@ -212,7 +212,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
             bool is_hit = is_sure && fast_hit(ray, sheared, a, b, c, hit);
             if (!is_sure || is_rough(hit))
                 is_hit = intersect_triangle(sheared, ray.tnear, t.best.t, a, b, c, hit);
-            if (is_hit) take_hit(t, hit, leaf_prim(at, i));
+            if (is_hit) take_hit(t, hit, leaf_prim(leaf, i));
         }
     }
     if (any_hit && t.best_prim != kNoPrim) t.stack_size = 0u;
@@ -225,9 +225,8 @@ void traverse(inout Traversal t, Ray ray, bool any_hit) {
     ShearedRay sheared = shear_ray(ray.org, ray.dir);
     uint steps = 0u;
     do {
-        // kEmptyChild has kLeafBit set.
-        while ((t.current & kLeafBit) == 0u && steps < kSteps) steps += visit_node(t, boxes);
-        if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild)
+        while (!is_leaf(t.current) && steps < kSteps) steps += visit_node(t, boxes);
+        if (is_leaf(t.current) && t.current != kEmptyChild)
             steps += visit_leaf(t, ray, boxes, sheared, any_hit);
     } while (t.current != kEmptyChild && steps < kSteps);
 }
