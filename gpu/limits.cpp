@@ -61,11 +61,12 @@ std::uint64_t most_elements(const PhysicalDevice& device, BufferKind kind,
 }
 
 void check_bytes(const PhysicalDevice& device, const SceneSize& scene) {
-    const std::uint64_t parts[] = {sizeof(Node) * scene.nodes, sizeof(Leaf) * scene.leaves,
-                                   16 * scene.vertices, 16 * scene.triangles,
-                                   (4 + 16 * kQuarterVec4s) * scene.nodes +
-                                       (4 * kLeafVertices + 4 + 16 * kQuarterVec4s) * scene.leaves +
-                                       sizeof(RepeatedTriangle) * scene.repeated};
+    const std::uint64_t parts[] = {
+        sizeof(Node) * scene.nodes, sizeof(Leaf) * scene.leaves, 16 * scene.vertices,
+        16 * scene.triangles,
+        (4 + 16 * kQuarterVec4s) * scene.nodes +
+            (4 * vertices_at(1) + 4 + 16 * kQuarterVec4s) * scene.leaves +
+            sizeof(RepeatedTriangle) * scene.repeated};
     const std::uint64_t largest = *std::ranges::max_element(parts);
     if (largest > device.max_allocation) {
         over(scene, ratio(largest, device.max_allocation),
@@ -98,8 +99,8 @@ BufferKind choose_buffers(const PhysicalDevice& device, const Tuning& tuning,
     const BufferSize buffers[] = {{"vertices", scene.vertices, 16},
                                   {"triangles", scene.triangles, 16},
                                   {"repeated triangles", 2 * scene.repeated, 4},
-                                  {"nodes", 4 * kNodeVec4s * scene.nodes, 4},
-                                  {"leaves", 4 * kLeafVec4s * scene.leaves, 4}};
+                                  {"nodes", sizeof(Node) / 4 * scene.nodes, 4},
+                                  {"leaves", sizeof(Leaf) / 4 * scene.leaves, 4}};
     double least_excess = std::numeric_limits<double>::infinity();
     std::string problem;
     for (const BufferKind kind : usable_kinds(device, tuning)) {

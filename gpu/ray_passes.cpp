@@ -9,7 +9,7 @@
 namespace mray::gpu {
 namespace {
 
-// The most steps that traverse() (shaders/single_ray/traverse.glsl) counts for a node or leaf,
+// The most steps that rays (shaders/single_ray/visits.glsl) count for a node or leaf,
 // which it visits once: 6 and its triangles, 1 for a pop of an empty stack, and 1 for its own pop.
 constexpr std::uint64_t kStepsOfVisit = 6 + kLeafTriangles + 2;
 

@@ -106,13 +106,11 @@ struct Suspended {
     uint pad2;
 };
 
-// A suspended traversal, as uints: these fields, then the stack as (child, least depth) pairs.
+// A saved traversal, as uints (shaders/saved_state.glsl): the next node or leaf; the size of the stack,
+// and from bit 16 on the next triangle; the four words of the answer; the stack as (child, key) pairs.
 SHARED_CONST uint kStateCurrent = 0u;
-SHARED_CONST uint kStateStackSize = 1u;
-SHARED_CONST uint kStateBestPrim = 2u;
-SHARED_CONST uint kStateBestT = 3u;
-SHARED_CONST uint kStateBestU = 4u;
-SHARED_CONST uint kStateBestV = 5u;
+SHARED_CONST uint kStatePlaces = 1u;
+SHARED_CONST uint kStateAnswer = 2u;
 SHARED_CONST uint kStateStack = 6u;
 SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
 

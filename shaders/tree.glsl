@@ -1,20 +1,40 @@
-// The nodes and leaves of the tree (common/interop/bvh_layout.h).
+// The nodes and leaves of the tree (common/interop/bvh_layout.h), four slots of a node at a time. For
+// the host see common/bvh/node.h.
 READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 READ4_IN_PLACE(Leaves, leaves, kBindLeaves);
 
-// `leaf_at` is the index of a leaf times kLeafVec4s.
+// From each plane of a node to the next, in vectors.
+const uint kPlaneVec4s = kPlaneStride / 4u;
 
-vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(AT4_IN_PLACE(leaves, leaf_at + slot).xyz);
+/// Where the slots from 4 * quarter on have their first plane; plane p is p * kPlaneVec4s on.
+uint quarter_at(uint node, uint quarter) {
+    return node * kNodeVec4s + quarter * (plane_at(0u, 4u) / 4u);
 }
 
-void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
-    uint indices = AT4_IN_PLACE(leaves, leaf_at + i).w;
-    a = leaf_vertex(leaf_at, corner(indices, 0u));
-    b = leaf_vertex(leaf_at, corner(indices, 1u));
-    c = leaf_vertex(leaf_at, corner(indices, 2u));
+vec4 four_planes(uint node, uint quarter, uint axis, uint side) {
+    uint plane = 2u * axis + side;
+    return uintBitsToFloat(AT4_IN_PLACE(nodes, quarter_at(node, quarter) + plane * kPlaneVec4s));
 }
 
-uint leaf_prim(uint leaf_at, uint i) {
-    return AT4_IN_PLACE(leaves, leaf_at + kLeafPrimIds + i / 4u)[i % 4u];
+uvec4 four_children(uint node, uint quarter) {
+    return AT4_IN_PLACE(nodes, node * kNodeVec4s + kNodeChild + quarter);
+}
+
+uint leaf_triangle_count(uint leaf) {
+    return corner_triangle_count(AT4_IN_PLACE(leaves, leaf * kLeafVec4s).w);
+}
+
+vec3 leaf_vertex(uint leaf, uint slot) {
+    return uintBitsToFloat(AT4_IN_PLACE(leaves, leaf * kLeafVec4s + slot).xyz);
+}
+
+void leaf_triangle(uint leaf, uint i, out vec3 a, out vec3 b, out vec3 c) {
+    uint indices = AT4_IN_PLACE(leaves, leaf * kLeafVec4s + i).w;
+    a = leaf_vertex(leaf, corner(indices, 0u));
+    b = leaf_vertex(leaf, corner(indices, 1u));
+    c = leaf_vertex(leaf, corner(indices, 2u));
+}
+
+uint leaf_prim(uint leaf, uint i) {
+    return AT4_IN_PLACE(leaves, leaf * kLeafVec4s + kLeafPrimIds + i / 4u)[i % 4u];
 }

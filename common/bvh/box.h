@@ -1,11 +1,6 @@
 // Axis-aligned boxes in scene space.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
-#include "common/interop/bvh_layout.h"
 #include "common/interop/constants.h"
 #include "common/interop/slab.h"
 
@@ -56,40 +51,5 @@ inline double half_area(const Box& b) {
 
 /// Whether a vertex in scene space is finite (see SceneSpace::to_scene).
 inline bool is_finite_vertex(vec3 p) { return p.x <= kSceneExtent; }
-
-inline Box slot_box(const Node& node, std::uint32_t slot) {
-    return {{node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]},
-            {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]}};
-}
-
-inline void set_slot_box(Node& node, std::uint32_t slot, const Box& box) {
-    node.lower_x[slot] = box.lower.x;
-    node.lower_y[slot] = box.lower.y;
-    node.lower_z[slot] = box.lower.z;
-    node.upper_x[slot] = box.upper.x;
-    node.upper_y[slot] = box.upper.y;
-    node.upper_z[slot] = box.upper.z;
-}
-
-/// Makes the slots from `slot` on empty.
-inline void clear_slots(Node& node, std::uint32_t slot) {
-    for (; slot < kWidth; ++slot) {
-        set_slot_box(node, slot, Box());
-        node.child[slot] = kEmptyChild;
-    }
-}
-
-/// The union of a node's slots.
-inline Box node_box(const Node& node) {
-    Box box;
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) box.extend(slot_box(node, slot));
-    return box;
-}
-
-/// Gives the slot that parents[i] names, node * kWidth + slot, the union of the slots of nodes[i].
-inline void unite_slots(std::span<Node> nodes, std::span<const std::uint32_t> parents,
-                        std::size_t i) {
-    set_slot_box(nodes[parents[i] / kWidth], parents[i] % kWidth, node_box(nodes[i]));
-}
 
 }  // namespace mray

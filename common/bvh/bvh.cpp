@@ -3,7 +3,6 @@
 #include <set>
 
 #include "common/base/hash.h"
-#include "common/bvh/box.h"
 
 namespace mray {
 namespace {
@@ -78,8 +77,8 @@ BvhStats bvh_stats(const Bvh& bvh) {
             const std::uint32_t count = corner_triangle_count(bvh.leaves[leaf].vertex[0].corners);
             area_sum += area * count;
             triangles += count;
-            const auto first = bvh.leaf_vertices.begin() + std::ptrdiff_t{leaf} * kLeafVertices;
-            vertices += std::set<std::uint32_t>(first, first + kLeafVertices).size();
+            const auto own = vertices_of(bvh.leaf_vertices, leaf);
+            vertices += std::set<std::uint32_t>(own.begin(), own.end()).size();
         });
     }
     stats.sah_cost = root_area > 0 ? area_sum / root_area : 0;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/aligned_vector.h"
-#include "common/interop/bvh_layout.h"
+#include "common/bvh/node.h"
 #include "common/scene/mesh.h"
 
 namespace mray {
@@ -29,7 +29,7 @@ struct Bvh {
     AlignedVector<Leaf> leaves;
     /// For each leaf, the vertices that its 16 slots take their positions from.
     std::vector<std::uint32_t> leaf_vertices;
-    /// node * kWidth + slot that refers to this node or leaf; kNoParent for the root.
+    /// The slot that refers to this node or leaf (parent_at()); kNoParent for the root.
     std::vector<std::uint32_t> node_parents;
     std::vector<std::uint32_t> leaf_parents;
     std::vector<std::uint32_t> level_begin;
@@ -39,18 +39,6 @@ struct Bvh {
 
     std::uint32_t depth() const { return static_cast<std::uint32_t>(level_begin.size()) - 1; }
 };
-
-inline constexpr std::uint32_t kNoParent = 0xFFFFFFFFu;
-
-inline bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
-inline std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
-
-/// Calls use(slot, child) for each child entry of a node.
-template <class Use>
-void for_each_child(const Node& node, Use use) {
-    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
-        use(slot, node.child[slot]);
-}
 
 /// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
 inline constexpr double kLeafCost = 12;

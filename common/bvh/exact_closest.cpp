@@ -8,7 +8,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "common/bvh/box.h"
 #include "common/interop/hit_rule.h"
 
 namespace mray {
@@ -299,30 +298,31 @@ public:
 
     bool is_open(double least) const { return least <= most_; }
 
-    /// Calls use(slot) for the children of a node whose boxes plain distances leave open.
+    /// Calls use(slot, child) for the children of a node whose boxes plain distances leave open.
     template <class Use>
     void for_each_open(const Node& node, Use use) const {
-        std::array<double, kWidth> distance2;
+        PerSlot<double> distance2;
         // By value: a compiler makes vectors of this.
         const auto larger = [](double a, double b) { return a > b ? a : b; };
         const auto beyond = [&](double lower, double upper, double p) {
             return larger(larger(lower - p, p - upper), 0.0);
         };
-        for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-            const double x = beyond(node.lower_x[slot], node.upper_x[slot], p_.x);
-            const double y = beyond(node.lower_y[slot], node.upper_y[slot], p_.y);
-            const double z = beyond(node.lower_z[slot], node.upper_z[slot], p_.z);
+        for (std::uint32_t slot = 0; slot < std::size(distance2); ++slot) {
+            const double x = beyond(plane_of(node, 0, 0, slot), plane_of(node, 0, 1, slot), p_.x);
+            const double y = beyond(plane_of(node, 1, 0, slot), plane_of(node, 1, 1, slot), p_.y);
+            const double z = beyond(plane_of(node, 2, 0, slot), plane_of(node, 2, 1, slot), p_.z);
             distance2[slot] = x * x + y * y + z * z;
         }
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
-            if (distance2[slot] <= plain_most_) use(slot);
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (distance2[slot] <= plain_most_) use(slot, child);
+        });
     }
 
     /// number_of(prim_id) is the triangle's prim_id, or kNoPrim if it does not exist.
     template <class NumberOf>
     void add(const Leaf& leaf, NumberOf number_of) {
-        std::array<double, kLeafVertices> least;
-        for (std::uint32_t i = 0; i < kLeafVertices; ++i)
+        PerVertex<double> least;
+        for (std::size_t i = 0; i < std::size(least); ++i)
             least[i] = least_from_middle(leaf.vertex[i]);
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
         for (std::uint32_t slot = 0; slot < count; ++slot) {
@@ -517,7 +517,7 @@ NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p, const SeesTriangl
         double least;
         std::uint32_t child;
     };
-    std::array<Entry, kMaxStack> stack;
+    TraversalStack<Entry> stack;
     stack[0] = {-std::numeric_limits<double>::infinity(), 0};
     for (std::size_t size = 1; size > 0;) {
         const Entry entry = stack[--size];
@@ -528,9 +528,9 @@ NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p, const SeesTriangl
         }
         const Node& node = bvh.nodes[entry.child];
         const std::size_t base = size;
-        choice.for_each_open(node, [&](std::uint32_t slot) {
+        choice.for_each_open(node, [&](std::uint32_t slot, std::uint32_t child) {
             const Box box = slot_box(node, slot);
-            const Entry next{choice.least(box.lower, box.upper), node.child[slot]};
+            const Entry next{choice.least(box.lower, box.upper), child};
             if (!choice.is_open(next.least)) return;
             // The nearest last.
             std::size_t at = size++;

@@ -17,14 +17,11 @@ SHARED_CONST uint kLeafVertices = 16u;
 SHARED_CONST uint kLeafBit = 0x80000000u;
 SHARED_CONST uint kEmptyChild = 0xFFFFFFFFu;
 
+// From each plane of a node to the next, in floats.
+SHARED_CONST uint kPlaneStride = kWidth;
+
 // Sizes and offsets in uvec4s.
 SHARED_CONST uint kNodeVec4s = 28u;
-SHARED_CONST uint kNodeLowerX = 0u;
-SHARED_CONST uint kNodeUpperX = 4u;
-SHARED_CONST uint kNodeLowerY = 8u;
-SHARED_CONST uint kNodeUpperY = 12u;
-SHARED_CONST uint kNodeLowerZ = 16u;
-SHARED_CONST uint kNodeUpperZ = 20u;
 SHARED_CONST uint kNodeChild = 24u;
 SHARED_CONST uint kLeafVec4s = 20u;
 SHARED_CONST uint kLeafPrimIds = 16u;
@@ -33,17 +30,26 @@ SHARED_CONST uint kLeafPrimIds = 16u;
 SHARED_CONST uint kMaxDepth = 16u;
 SHARED_CONST uint kMaxStack = 241u;  // kMaxDepth * (kWidth - 1) + 1
 
-/// 448 B. Slot i holds the box of child[i]; the box of an empty slot is inverted (kEmptyPlane).
-/// Used slots come first.
+/// 448 B. Slot i holds the box of child[i], in planes that plane_at() finds; that of an empty slot
+/// is inverted (kEmptyPlane). Used slots come first. What reads nodes: common/bvh/node.h,
+/// cpu/simd/node-inl.h, shaders/tree.glsl.
 struct Node {
-    float lower_x[16];
-    float upper_x[16];
-    float lower_y[16];
-    float upper_y[16];
-    float lower_z[16];
-    float upper_z[16];
+    float planes[96];
     uint child[16];
 };
+
+/// The place in Node::planes of a slot's plane. plane: 2 * axis, and 1 more for the upper ones.
+SHARED uint plane_at(uint plane, uint slot) { return plane * kPlaneStride + slot; }
+
+// Child entries. is_leaf() is true for kEmptyChild, too.
+SHARED bool is_leaf(uint child) { return (child & kLeafBit) != 0u; }
+SHARED uint leaf_of(uint child) { return child & ~kLeafBit; }
+SHARED uint leaf_child(uint leaf) { return kLeafBit | leaf; }
+
+// A parent is a slot of a node, as one number.
+SHARED uint parent_at(uint node, uint slot) { return node * kWidth + slot; }
+SHARED uint parent_node(uint parent) { return parent / kWidth; }
+SHARED uint parent_slot(uint parent) { return parent % kWidth; }
 
 /// A vertex of a leaf in scene space. corners belongs not to this vertex but to the leaf's triangle
 /// in the same slot: its local vertex indices as packed by pack_corners.
@@ -74,12 +80,7 @@ SHARED_END
 namespace mray {
 
 static_assert(sizeof(Node) == 448 && sizeof(Node) == 16 * kNodeVec4s);
-static_assert(offsetof(Node, lower_x) == 16 * kNodeLowerX);
-static_assert(offsetof(Node, upper_x) == 16 * kNodeUpperX);
-static_assert(offsetof(Node, lower_y) == 16 * kNodeLowerY);
-static_assert(offsetof(Node, upper_y) == 16 * kNodeUpperY);
-static_assert(offsetof(Node, lower_z) == 16 * kNodeLowerZ);
-static_assert(offsetof(Node, upper_z) == 16 * kNodeUpperZ);
+static_assert(offsetof(Node, planes) == 0 && sizeof(Node::planes) == 6 * sizeof(float) * kWidth);
 static_assert(offsetof(Node, child) == 16 * kNodeChild);
 static_assert(sizeof(Leaf) == 320 && sizeof(Leaf) == 16 * kLeafVec4s);
 static_assert(offsetof(Leaf, prim_id) == 16 * kLeafPrimIds);

@@ -185,6 +185,15 @@ HWY_INLINE std::uint32_t bits_of(Mask m) {
 }
 HWY_INLINE std::uint32_t bits_of(UintMask m) { return bits_of(float_mask(m)); }
 
+/// The numbers below 16 that test() selects, as bits. test(l) returns a mask of as many numbers as
+/// there are lanes, from l on.
+template <class Test>
+HWY_INLINE std::uint32_t bits_of_sixteen(Test test) {
+    std::uint32_t bits = 0;
+    for (std::size_t l = 0; l < kMaxLanes; l += kLanes) bits |= bits_of(test(l)) << l;
+    return bits;
+}
+
 /// The number of the lowest bit of a number that is not 0.
 HWY_INLINE std::uint32_t first_bit(std::uint32_t bits) {
     return static_cast<std::uint32_t>(__builtin_ctz(bits));

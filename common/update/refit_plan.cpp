@@ -23,9 +23,8 @@ bool is_worthwhile(std::size_t parts, std::size_t all) {
 template <class Use>
 void for_each_block(const Bvh& bvh, std::uint32_t leaf, std::vector<std::uint32_t>& last_leaf,
                     Use use) {
-    const std::uint32_t* vertices = &bvh.leaf_vertices[std::size_t{leaf} * kLeafVertices];
-    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
-        const std::uint32_t block = vertices[slot] / kMotionBlock;
+    for (const std::uint32_t vertex : vertices_of(bvh.leaf_vertices, leaf)) {
+        const std::uint32_t block = vertex / kMotionBlock;
         if (last_leaf[block] == leaf) continue;
         last_leaf[block] = leaf;
         use(block);
@@ -114,10 +113,11 @@ MovedParts BlockLeaves::reached(const Bvh& bvh, const Pose& pose) const {
     MovedParts parts;
     parts.leaves = indices_of(leaf_moved);
     std::vector<std::uint8_t> node_moved(bvh.node_parents.size());
-    for (const std::uint32_t leaf : parts.leaves) node_moved[bvh.leaf_parents[leaf] / kWidth] = 1;
+    for (const std::uint32_t leaf : parts.leaves)
+        node_moved[parent_node(bvh.leaf_parents[leaf])] = 1;
     // Parents come before their children.
     for (std::size_t node = node_moved.size(); node-- > 1;) {
-        if (node_moved[node] != 0) node_moved[bvh.node_parents[node] / kWidth] = 1;
+        if (node_moved[node] != 0) node_moved[parent_node(bvh.node_parents[node])] = 1;
     }
     parts.nodes = indices_of(node_moved);
     return parts;

@@ -24,8 +24,8 @@ public:
 
     void open_leaf(std::uint32_t leaf) {
         leaves_[leaf] = 1;
-        for (std::uint32_t node = bvh_.leaf_parents[leaf] / kWidth; nodes_[node] == 0;
-             node = bvh_.node_parents[node] / kWidth)
+        for (std::uint32_t node = parent_node(bvh_.leaf_parents[leaf]); nodes_[node] == 0;
+             node = parent_node(bvh_.node_parents[node]))
             nodes_[node] = 1;
     }
 
@@ -50,13 +50,13 @@ private:
 };
 
 /// Gives a leaf's triangles new ids and vertices. False: they do not all stay with one shift.
-bool renumber_leaf(const TopologyChange& change, Leaf& leaf, std::uint32_t* vertices) {
+bool renumber_leaf(const TopologyChange& change, Leaf& leaf, std::span<std::uint32_t> vertices) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     const KeptTriangles* const kept = change.find(leaf.prim_id[0]);
     if (kept == nullptr || leaf.prim_id[count - 1] >= kept->before.end) return false;
     if (kept->prim_shift == 0 && kept->vertex_shift == 0) return true;
     for (std::uint32_t i = 0; i < count; ++i) leaf.prim_id[i] += kept->prim_shift;
-    for (std::uint32_t i = 0; i < kLeafVertices; ++i) vertices[i] += kept->vertex_shift;
+    for (std::uint32_t& vertex : vertices) vertex += kept->vertex_shift;
     return true;
 }
 
@@ -102,8 +102,7 @@ bool replace_triangles(const Topology& topology, std::span<const vec3> positions
     std::vector<std::uint32_t> loose;
     for (std::uint32_t i = 0; i < bvh.leaf_parents.size(); ++i) {
         Leaf& leaf = bvh.leaves[i];
-        if (renumber_leaf(change, leaf, &bvh.leaf_vertices[std::size_t{i} * kLeafVertices]))
-            continue;
+        if (renumber_leaf(change, leaf, vertices_of(bvh.leaf_vertices, i))) continue;
         opened.open_leaf(i);
         for (const std::uint32_t id : leaf.prim_id) {
             if (const KeptTriangles* const kept = id != kNoPrim ? change.find(id) : nullptr)

@@ -38,7 +38,7 @@ public:
         level_begin_ = {0};
         areas_.nodes = {area_of(binary_.nodes.front())};
         for (std::uint32_t begin = 0; begin < sources_.size();) {
-            if (level_begin_.size() > kMaxDepth) return false;
+            if (!Collapse::may_have(level_begin_.size())) return false;
             const auto end = static_cast<std::uint32_t>(sources_.size());
             nodes_.resize(end);
             for (std::uint32_t i = begin; i < end; ++i)
@@ -56,7 +56,7 @@ public:
         resize_leaves(bvh, std::max(leaf_count_, static_cast<std::uint32_t>(bvh.leaves.size())));
         for (const auto& [leaf, source] : new_leaves_) {
             fill_leaf(binary_.shape(source), binary_.triangles(source), positions_,
-                      bvh.leaves[leaf], &bvh.leaf_vertices[std::size_t{leaf} * kLeafVertices]);
+                      bvh.leaves[leaf], vertices_of(bvh.leaf_vertices, leaf).data());
         }
         bvh.nodes = std::move(nodes_);
         bvh.node_parents = std::move(node_parents_);
@@ -85,61 +85,60 @@ private:
 
     static void resize_leaves(Bvh& bvh, std::uint32_t count) {
         bvh.leaves.resize(count);
-        bvh.leaf_vertices.resize(std::size_t{count} * kLeafVertices);
+        bvh.leaf_vertices.resize(vertices_at(count));
     }
 
     static void move_leaf(Bvh& bvh, BuiltAreas& areas, std::uint32_t from, std::uint32_t to) {
         if (from == to) return;
-        const auto vertices = bvh.leaf_vertices.begin();
         bvh.leaves[to] = bvh.leaves[from];
-        std::copy_n(vertices + std::ptrdiff_t{from} * kLeafVertices, kLeafVertices,
-                    vertices + std::ptrdiff_t{to} * kLeafVertices);
+        std::ranges::copy(vertices_of(bvh.leaf_vertices, from),
+                          vertices_of(bvh.leaf_vertices, to).begin());
         const std::uint32_t parent = bvh.leaf_parents[from];
         bvh.leaf_parents[to] = parent;
-        bvh.nodes[parent / kWidth].child[parent % kWidth] = kLeafBit | to;
+        set_child(bvh.nodes[parent_node(parent)], parent_slot(parent), leaf_child(to));
         areas.leaves[to] = areas.leaves[from];
     }
 
     /// Gives the next free node to a source and returns its index.
-    std::uint32_t place(Source source, std::uint32_t parent_slot, float area) {
+    std::uint32_t place(Source source, std::uint32_t parent, float area) {
         sources_.push_back(source);
-        node_parents_.push_back(parent_slot);
+        node_parents_.push_back(parent);
         areas_.nodes.push_back(area);
         return static_cast<std::uint32_t>(sources_.size()) - 1;
     }
 
-    std::uint32_t place_old(std::uint32_t child, std::uint32_t parent_slot) {
-        if (!is_leaf(child)) return place({false, child}, parent_slot, old_areas_.nodes[child]);
-        leaf_parents_[leaf_of(child)] = parent_slot;
+    std::uint32_t place_old(std::uint32_t child, std::uint32_t parent) {
+        if (!is_leaf(child)) return place({false, child}, parent, old_areas_.nodes[child]);
+        leaf_parents_[leaf_of(child)] = parent;
         return child;
     }
 
-    std::uint32_t place_leaf(const BinaryNode& source, std::uint32_t parent_slot) {
+    std::uint32_t place_leaf(const BinaryNode& source, std::uint32_t parent) {
         std::uint32_t leaf = leaf_count_;
         if (free_.empty()) {
             ++leaf_count_;
-            leaf_parents_.push_back(parent_slot);
+            leaf_parents_.push_back(parent);
             areas_.leaves.push_back(0);
         } else {
             leaf = free_.back();
             free_.pop_back();
         }
-        leaf_parents_[leaf] = parent_slot;
+        leaf_parents_[leaf] = parent;
         areas_.leaves[leaf] = area_of(source);
         new_leaves_.emplace_back(leaf, source);
-        return kLeafBit | leaf;
+        return leaf_child(leaf);
     }
 
     void add_old(std::uint32_t index) {
         nodes_[index] = old_.nodes[sources_[index].index];
         for_each_child(nodes_[index], [&](std::uint32_t slot, std::uint32_t child) {
-            nodes_[index].child[slot] = place_old(child, index * kWidth + slot);
+            set_child(nodes_[index], slot, place_old(child, parent_at(index, slot)));
         });
     }
 
     void add_new(std::uint32_t index) {
         const auto depth = static_cast<std::uint32_t>(level_begin_.size()) - 1;
-        const WideChildren children = collapse_.children(sources_[index].index, kMaxDepth - depth);
+        const WideChildren children = collapse_.children(sources_[index].index, depth);
         Node& node = nodes_[index];
         std::uint32_t slot = 0;
         for (const std::uint32_t child : children.nodes()) {
@@ -147,7 +146,7 @@ private:
             const BinaryNode& source = binary_.nodes[child];
             const bool is_new_leaf = source.is_leaf() && !is_old(source);
             set_slot_box(node, slot, is_new_leaf ? padded(source.box) : source.box);
-            node.child[slot] = place_new(child, index * kWidth + slot);
+            set_child(node, slot, place_new(child, parent_at(index, slot)));
             ++slot;
         }
         clear_slots(node, slot);
@@ -157,15 +156,15 @@ private:
         return binary_.prim_ids[leaf.begin] >= topology_.triangles.size();
     }
 
-    std::uint32_t place_new(std::uint32_t child, std::uint32_t parent_slot) {
+    std::uint32_t place_new(std::uint32_t child, std::uint32_t parent) {
         const BinaryNode& source = binary_.nodes[child];
         const auto area = area_of(source);
-        if (!source.is_leaf()) return place({true, child}, parent_slot, area);
+        if (!source.is_leaf()) return place({true, child}, parent, area);
         if (is_old(source)) {
             const std::size_t part = binary_.prim_ids[source.begin] - topology_.triangles.size();
-            return place_old(parts_.subtrees[part], parent_slot);
+            return place_old(parts_.subtrees[part], parent);
         }
-        return place_leaf(source, parent_slot);
+        return place_leaf(source, parent);
     }
 
     const Topology& topology_;

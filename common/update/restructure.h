@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 
@@ -55,7 +54,7 @@ TreeParts take_apart(const Bvh& bvh, IsSound is_sound) {
 
 /// Builds new levels, with new leaves, over the triangles `loose` and the subtrees of `parts`.
 /// Returns the number of both. Returns 0, and changes nothing, if there are fewer than two or the
-/// tree would become deeper than kMaxDepth. Runs in the calling thread's arena.
+/// tree would become too deep. Runs in the calling thread's arena.
 std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
                         const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
                         Bvh& bvh, BuiltAreas& areas);
@@ -70,7 +69,7 @@ std::size_t build_above(const Topology& topology, std::span<const vec3> position
 /// leaves (in the places of removed ones, or at the end) and `areas`. Afterwards nodes are in
 /// breadth-first order, leaves are not. The result depends only on the arguments. Returns the
 /// number of subtrees and triangles under the new levels. Returns 0, and changes nothing, if all is
-/// sound, if a build would not cost much more, or if the tree would become deeper than kMaxDepth.
+/// sound, if a build would not cost much more, or if the tree would become too deep.
 ///
 /// Based on: S. Yoon, S. Curtis, D. Manocha. Ray tracing dynamic scenes using selective
 /// restructuring. EGSR 2007; there pairs of nodes are restructured in turn.

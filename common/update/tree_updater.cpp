@@ -6,8 +6,6 @@
 #include <unistd.h>
 #include <cassert>
 
-#include "common/bvh/box.h"
-
 namespace mray {
 
 double tree_cost(std::span<const Node> nodes) {

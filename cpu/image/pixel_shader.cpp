@@ -179,8 +179,8 @@ public:
         const auto at = [&](const float* values)
                             HWY_ATTR { return hn::TableLookupLanes(load(values), places); };
         const auto look_up_chunk = [&](std::uint32_t chunk, Mask own) HWY_ATTR {
-            const LeafValues& leaf = leaves_[chunk / kLeafTriangles];
-            const std::uint32_t first = chunk % kLeafTriangles;
+            const LeafValues& leaf = leaves_[triangle_leaf(chunk)];
+            const std::uint32_t first = triangle_slot(chunk);
             const lanes::Float3 n(at(leaf.normal[0] + first), at(leaf.normal[1] + first),
                                   at(leaf.normal[2] + first));
             normals = select(own, n, normals);
@@ -198,14 +198,14 @@ public:
 
 private:
     struct alignas(kCacheLine) LeafValues {
-        float normal[3][kLeafTriangles];
-        float albedo[kLeafTriangles];  // bits
+        PerTriangle<float> normal[3];
+        PerTriangle<float> albedo;  // bits
     };
 
     void find(const Leaf& leaf, const Topology& topology, LeafValues& out) {
         const LeafColumns columns(leaf, [](FloatVec v, int) HWY_ATTR { return v; });
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-        for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        for (std::size_t l = 0; l < std::size(out.albedo); l += kLanes) {
             FloatVec at_corners[3][3];
             for (int axis = 0; axis < 3; ++axis)
                 gather_corners(columns.values[axis], load(columns.corners + l), at_corners[axis]);

@@ -41,8 +41,8 @@ HWY_INLINE lanes::Float3 directions_of(const CameraPacket& packet, UintVec rays)
 
 /// The vertices of a leaf by axis, and the local vertex indices of its triangles.
 struct LeafColumns {
-    alignas(64) float values[3][kLeafVertices];
-    alignas(64) std::uint32_t corners[kLeafTriangles];
+    alignas(64) PerVertex<float> values[3];
+    alignas(64) PerTriangle<std::uint32_t> corners;
 
     /// change(values, axis) returns what is stored for the values of some vertices.
     template <class Change>
@@ -106,7 +106,8 @@ HWY_INLINE TriangleLanes triangles_in_slots(const Leaf& leaf, UintVec slots) {
     const LeafColumns columns(leaf, [](FloatVec v, int) HWY_ATTR { return v; });
     const LaneLookup at_slots(slots);
     // Lookups are of floats, whatever their bits mean.
-    alignas(64) float corners[kLeafTriangles], prim_ids[kLeafTriangles];
+    alignas(64) PerTriangle<float> corners;
+    alignas(64) PerTriangle<float> prim_ids;
     std::memcpy(corners, columns.corners, sizeof corners);
     std::memcpy(prim_ids, leaf.prim_id, sizeof prim_ids);
     const UintVec packed = as_uint(at_slots(corners));
@@ -130,7 +131,7 @@ HWY_INLINE TriangleLanes candidate_triangles(const CameraPacket& packet,
     out.prim_ids = splat(0u);
     static_assert(kLeafTriangles == 16);
     while (lanes != 0) {
-        const std::uint32_t leaf = candidates[first_bit(lanes)] / kLeafTriangles;
+        const std::uint32_t leaf = triangle_leaf(candidates[first_bit(lanes)]);
         const Mask own = float_mask(shift_right<4>(ids) == splat(leaf));
         out.take(own, triangles_in_slots(*packet.hit_leaves[leaf].leaf,
                                          ids & splat(kLeafTriangles - 1)));
@@ -159,9 +160,9 @@ HWY_INLINE TriangleLanes spread_candidates(const CameraPacket& packet, const std
     const UintVec candidates = load(indices);
     const auto places = hn::IndicesFromVec(kFloats, candidates & splat(kChunkTriangles - 1));
     const auto triangles_in = [&](std::uint32_t chunk) HWY_ATTR {
-        const HitLeaf& leaf = packet.hit_leaves[chunk / kLeafTriangles];
+        const HitLeaf& leaf = packet.hit_leaves[triangle_leaf(chunk)];
         const auto look_up = [&](const float* values) HWY_ATTR {
-            return hn::TableLookupLanes(load(values + chunk % kLeafTriangles), places);
+            return hn::TableLookupLanes(load(values + triangle_slot(chunk)), places);
         };
         TriangleLanes in_chunk;
         for (int k = 0; k < 3; ++k) {

@@ -13,14 +13,14 @@ namespace mray::cpu::HWY_NAMESPACE {
 
 /// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.
 struct alignas(64) GridRanges {
-    std::uint32_t columns[16], rows[16];
-    PixelRectangle pixels[16];
+    PerSlot<std::uint32_t> columns, rows;
+    PerSlot<PixelRectangle> pixels;
 };
 
 /// Finds which of some pixels lie within `margin` of rectangles.
 HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectangles& r,
                         GridRanges& ranges) {
-    for (std::size_t l = 0; l < 16; l += kLanes) {
+    for (std::size_t l = 0; l < std::size(ranges.columns); l += kLanes) {
         const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
                            pixels.last_x);
         const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
@@ -210,8 +210,7 @@ public:
 
     /// Tests a leaf, whose box may concern some blocks and, of their rays, those in some pixels.
     HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
-        const auto first_candidate =
-            static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
+        const std::uint32_t first_candidate = next_candidate();
         bool any_closer = false;
         if (pixels.count() > kSmallTriangle * corner_triangle_count(leaf.vertex[0].corners) ||
             !trace_small(leaf, pixels, first_candidate, any_closer))
@@ -219,8 +218,7 @@ public:
         if (!any_closer && uncertain_count_ == 0) return;
         for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
         if (HWY_UNLIKELY(uncertain_count_ != 0)) defer(leaf, first_candidate);
-        if (any_closer && first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
-            add_hit_leaf(packet_, leaf);
+        if (any_closer && first_candidate == next_candidate()) add_hit_leaf(packet_, leaf);
     }
 
     HWY_NOINLINE void resolve() {
@@ -248,6 +246,11 @@ public:
     const BlockSet& uncertain_blocks() const { return uncertain_blocks_; }
 
 private:
+    /// The first candidate of the leaf that is appended next.
+    std::uint32_t next_candidate() const {
+        return triangle_at(static_cast<std::uint32_t>(packet_.hit_leaves.size()), 0);
+    }
+
     /// Blocks of the packet: bit b is block first + b.
     struct Window {
         std::uint32_t first;
@@ -260,6 +263,93 @@ private:
     /// Pixels of triangles that are tested together: their bits are a word.
     static constexpr std::uint32_t kTests = 64;
 
+    /// Triangles, one a lane, each with the pixel that is tested next. Two bounds, with D the error
+    /// of a vertex's place in x and y together (docs/design/arithmetic.md, "Small triangles"):
+    ///
+    /// 1. A ray outside the triangle's rectangle misses, if D is added on each side.
+    /// 2. To another ray vertices are at most size + 2 D away. So an edge function is off by at
+    ///    most 2 D (size + 2 D) + D^2, and by its rounding: less than D (2 size + 10 D).
+    /// 3. The z of a hit is a mean of the vertices' z but for depth_error. So 1/z is at least that
+    ///    of the greatest z, depth_error farther, and at most that of the least, as much nearer.
+    struct SmallTriangles {
+        FloatVec x[3], y[3];
+        /// How far an edge function may be off, and the least and the greatest 1/z of a hit.
+        FloatVec bound, least_q, most_q;
+        FloatVec first_column, last_column, last_row;
+        FloatVec column, row;
+        /// The triangles that have pixels left, as bits.
+        std::uint32_t left;
+
+        /// Takes the triangles from l on, of `used` ones (bits), and some pixels.
+        HWY_INLINE SmallTriangles(const PlaneVertices& vertices, std::size_t l, std::uint32_t used,
+                                  const PixelRectangle& pixels) {
+            const UintVec indices = load(vertices.indices + l);
+            gather_corners(vertices.x, indices, x);
+            gather_corners(vertices.y, indices, y);
+            const FloatVec lower_x = min3(x[0], x[1], x[2]), upper_x = max3(x[0], x[1], x[2]);
+            const FloatVec lower_y = min3(y[0], y[1], y[2]), upper_y = max3(y[0], y[1], y[2]);
+            const FloatVec size = upper_x - lower_x + (upper_y - lower_y);
+            const FloatVec d = mul_add(splat(4 * kLateralError), size, splat(vertices.error));
+            const PixelRange columns(lower_x - d, upper_x + d, 0, pixels.first_x, pixels.last_x);
+            const PixelRange rows(lower_y - d, upper_y + d, 0, pixels.first_y, pixels.last_y);
+            left = bits_of(columns.any() & rows.any()) & used;
+            if (left == 0) return;
+            FloatVec z[3];
+            gather_corners(vertices.z, indices, z);
+            bound = d * mul_add(splat(10.0f), d, splat(2.0f) * size);
+            const FloatVec depth_error = splat(vertices.depth_error);
+            least_q = splat(kFarthestByDepth) / (max3(z[0], z[1], z[2]) + depth_error);
+            most_q = nearest_q(min3(z[0], z[1], z[2]) - depth_error);
+            column = first_column = columns.first;
+            row = rows.first;
+            last_column = columns.last;
+            last_row = rows.last;
+        }
+
+        /// Goes on to the next pixels, row by row.
+        HWY_INLINE void advance() {
+            const FloatVec next = column + splat(1.0f);
+            const Mask ends_row = next > last_column;
+            column = select(ends_row, first_column, next);
+            row = row + zero_unless(ends_row, splat(1.0f));
+            left &= bits_of(row <= last_row);
+        }
+    };
+
+    /// Pixels of triangles: their rays, and the least 1/z of a hit, 0 where none is certain.
+    struct PixelTests {
+        alignas(64) float own_lower[kTests];
+        alignas(64) std::uint32_t rays[kTests];
+    };
+
+    /// Tests pixels until there are kTests, those of a triangle kLanes apart, or none is left.
+    /// Returns the tests whose ray may hit, as bits.
+    static HWY_INLINE std::uint64_t test_pixels(SmallTriangles& t, PixelTests& tests) {
+        std::uint64_t possible = 0;
+        for (std::uint32_t test = 0; test < kTests && t.left != 0; test += kLanes) {
+            constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+            FloatVec a[3], b[3], e[3];
+            for (int k = 0; k < 3; ++k) {
+                a[k] = t.x[k] - (t.column - splat(kMiddle));
+                b[k] = t.y[k] - (t.row - splat(kMiddle));
+            }
+            for (int k = 0; k < 3; ++k)
+                e[k] = mul_sub(a[(k + 1) % 3], b[(k + 2) % 3], b[(k + 1) % 3] * a[(k + 2) % 3]);
+            const FloatVec least = min3(e[0], e[1], e[2]), most = max3(e[0], e[1], e[2]);
+            possible |= std::uint64_t{t.left & ~bits_of((least < -t.bound) & (most > t.bound))}
+                        << test;
+            store(zero_unless((least > t.bound) | (most < -t.bound), t.least_q),
+                  tests.own_lower + test);
+            // This is camera_packet_ray(), in the last bits of a float.
+            const FloatVec ray =
+                mul_add(splat(4.0f), t.column,
+                        mul_add(splat(252.0f), hn::Floor(splat(0.25f) * t.row), t.row));
+            store(as_uint(ray + splat(0x1p23f)), tests.rays + test);
+            t.advance();
+        }
+        return possible;
+    }
+
     /// Traces a leaf's triangles, one a lane, each against the pixels that it may cover by turns.
     /// Hits lie between the depths of the vertices. Sets any_closer if a triangle is closer than a
     /// candidate. Returns false, without an effect, if the leaf has no bounds.
@@ -269,60 +359,18 @@ private:
         if (HWY_UNLIKELY(!vertices.usable)) return false;
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
         for (std::uint32_t l = 0; l < count; l += kLanes) {
-            FloatVec x[3], y[3], z[3];
-            const UintVec indices = load(vertices.indices + l);
-            gather_corners(vertices.x, indices, x);
-            gather_corners(vertices.y, indices, y);
-            const FloatVec lower_x = min3(x[0], x[1], x[2]), upper_x = max3(x[0], x[1], x[2]);
-            const FloatVec lower_y = min3(y[0], y[1], y[2]), upper_y = max3(y[0], y[1], y[2]);
-            const FloatVec size = upper_x - lower_x + (upper_y - lower_y);
-            const FloatVec error = mul_add(splat(4 * kLateralError), size, splat(vertices.error));
-            const PixelRange columns(lower_x - error, upper_x + error, 0, pixels.first_x,
-                                     pixels.last_x);
-            const PixelRange rows(lower_y - error, upper_y + error, 0, pixels.first_y,
-                                  pixels.last_y);
-            std::uint32_t left = bits_of(columns.any() & rows.any()) & ((1u << (count - l)) - 1);
-            if (left == 0) continue;
-            gather_corners(vertices.z, indices, z);
-            const FloatVec bound = error * mul_add(splat(10.0f), error, splat(2.0f) * size);
-            const FloatVec depth_error = splat(vertices.depth_error);
-            const FloatVec q = splat(kFarthestByDepth) / (max3(z[0], z[1], z[2]) + depth_error);
-            alignas(64) float own_upper[kLanes], own_lower[kTests];
-            alignas(64) std::uint32_t rays[kTests];
-            store(nearest_q(min3(z[0], z[1], z[2]) - depth_error), own_upper);
-            FloatVec column = columns.first, row = rows.first;
-            while (left != 0) {
-                std::uint64_t possible = 0;
-                for (std::uint32_t test = 0; test < kTests && left != 0; test += kLanes) {
-                    constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-                    FloatVec a[3], b[3], e[3];
-                    for (int k = 0; k < 3; ++k) {
-                        a[k] = x[k] - (column - splat(kMiddle));
-                        b[k] = y[k] - (row - splat(kMiddle));
-                    }
-                    for (int k = 0; k < 3; ++k)
-                        e[k] = mul_sub(a[(k + 1) % 3], b[(k + 2) % 3],
-                                       b[(k + 1) % 3] * a[(k + 2) % 3]);
-                    const FloatVec least = min3(e[0], e[1], e[2]), most = max3(e[0], e[1], e[2]);
-                    possible |= std::uint64_t{left & ~bits_of((least < -bound) & (most > bound))}
-                                << test;
-                    store(zero_unless((least > bound) | (most < -bound), q), own_lower + test);
-                    // This is camera_packet_ray(), in the last bits of a float.
-                    const FloatVec ray =
-                        mul_add(splat(4.0f), column,
-                                mul_add(splat(252.0f), hn::Floor(splat(0.25f) * row), row));
-                    store(as_uint(ray + splat(0x1p23f)), rays + test);
-                    const FloatVec next = column + splat(1.0f);
-                    const Mask ends_row = next > columns.last;
-                    column = select(ends_row, columns.first, next);
-                    row = row + zero_unless(ends_row, splat(1.0f));
-                    left &= bits_of(row <= rows.last);
-                }
+            SmallTriangles triangles(vertices, l, (1u << (count - l)) - 1, pixels);
+            if (triangles.left == 0) continue;
+            alignas(64) float own_upper[kLanes];
+            store(triangles.most_q, own_upper);
+            PixelTests tests;
+            while (triangles.left != 0) {
+                std::uint64_t possible = test_pixels(triangles, tests);
                 for (; possible != 0; possible &= possible - 1) {
                     const std::uint32_t test = first_bit(possible);
                     const std::uint32_t i = test % kLanes;
-                    any_closer |= trace_ray(rays[test] % kCameraRays, own_lower[test], own_upper[i],
-                                            first_candidate + l + i);
+                    any_closer |= trace_ray(tests.rays[test] % kCameraRays, tests.own_lower[test],
+                                            own_upper[i], first_candidate + l + i);
                 }
                 defer_if_many(leaf, first_candidate);
             }
@@ -394,8 +442,7 @@ private:
     }
 
     HWY_NOINLINE void defer(const Leaf& leaf, std::uint32_t first_candidate) {
-        if (first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
-            add_hit_leaf(packet_, leaf);
+        if (first_candidate == next_candidate()) add_hit_leaf(packet_, leaf);
         for (std::uint32_t i = 0; i < uncertain_count_; ++i) {
             const UncertainRays& rays = uncertain_[i];
             deferred_.add(rays.first, rays.lanes, rays.candidate);

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/interop/bvh_layout.h"
+#include "common/bvh/node.h"
 #include "common/interop/camera.h"
 #include "cpu/packet/packet_frame.h"
 
@@ -63,16 +63,16 @@ struct PixelRectangle {
     std::uint32_t count() const { return (last_x - first_x + 1u) * (last_y - first_y + 1u); }
 };
 
-/// Stands for a candidate: the ray has none. A candidate is the index of its leaf in hit_leaves
-/// times kLeafTriangles, plus its slot in the leaf.
+/// Stands for a candidate: the ray has none. A candidate is triangle_at() of the index of its leaf
+/// in hit_leaves and its slot in the leaf.
 inline constexpr std::uint32_t kNoCandidate = 0xFFFFFFFFu;
 
 /// A leaf with a candidate, kept until the packet is finished. corner[k][axis] holds corner k of
 /// each triangle relative to the origin: rotated as shear_ray rotates for the packet's axis, and
 /// negated if directions are negative on it. With kMixedAxes they are rotated for axis 0.
 struct alignas(64) HitLeaf {
-    float corner[3][3][kLeafTriangles];
-    float prim_id[kLeafTriangles];  // bits
+    PerTriangle<float> corner[3][3];
+    PerTriangle<float> prim_id;  // bits
     const Leaf* leaf;
 
     HitLeaf() {}  // uninitialized: add_hit_leaf() fills it

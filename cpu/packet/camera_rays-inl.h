@@ -588,14 +588,14 @@ private:
                 is_placed[l] = plane.place(vec3(x[l], y[l], z[l]), hit);
                 hits[l] = make_hit(hit, 0);
             }
-            const HitLeaf& leaf = packet_.hit_leaves[candidate / kLeafTriangles];
+            const HitLeaf& leaf = packet_.hit_leaves[triangle_leaf(candidate)];
             for (std::uint32_t bits = rough; bits != 0; bits &= bits - 1) {
                 const std::uint32_t l = first_bit(bits);
                 if (packet_.candidate[first + l] != candidate) continue;
                 rough &= ~(1u << l);
                 if (!is_placed[l]) continue;
                 done |= 1u << l;
-                hits[l].prim_id = floatBitsToUint(leaf.prim_id[candidate % kLeafTriangles]);
+                hits[l].prim_id = floatBitsToUint(leaf.prim_id[triangle_slot(candidate)]);
                 *place(first + l) = hits[l];
             }
         }
@@ -606,8 +606,8 @@ private:
         const std::size_t at = candidate % kPlanes;
         if (plane_candidates_[at] != candidate) {
             plane_candidates_[at] = candidate;
-            const Leaf& leaf = *packet_.hit_leaves[candidate / kLeafTriangles].leaf;
-            const std::uint32_t slot = candidate % kLeafTriangles;
+            const Leaf& leaf = *packet_.hit_leaves[triangle_leaf(candidate)].leaf;
+            const std::uint32_t slot = triangle_slot(candidate);
             planes_[at] = TrianglePlane(packet_.frame.org, leaf_position(leaf, slot, 0),
                                         leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2));
         }

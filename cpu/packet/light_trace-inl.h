@@ -532,7 +532,7 @@ private:
         struct Listed {
             std::uint32_t triangle, end;
         };
-        Listed listed[kLeafTriangles];
+        PerTriangle<Listed> listed;
         std::size_t listed_count = 0;
         std::size_t count = 0;
         for (; alive != 0 && count <= kListedBlocks; alive &= alive - 1) {
@@ -678,7 +678,7 @@ public:
     HWY_INLINE std::uint32_t find_active(const NodeChildren& children, std::uint32_t slots,
                                          const ActiveRays& active, ActiveRays* active_at) const {
         const Rectangles& r = children.rectangles;
-        QuadSet quads_of[kWidth];
+        PerSlot<QuadSet> quads_of;
         std::uint32_t kept = 0;
         if (active.quads.count() <= kFewQuads) {
             kept = few_quads_in(packet_, r, children.q, slots, active.quads, quads_of);

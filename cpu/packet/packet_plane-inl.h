@@ -17,6 +17,7 @@
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet_frame.h"
 #include "cpu/simd/hit_rule-inl.h"
+#include "cpu/simd/node-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
@@ -57,7 +58,8 @@ struct RectangleLanes {
     }
 };
 
-using Rectangles = PlaneRectangles<16>;
+static_assert(kWidth == kLeafTriangles);
+using Rectangles = PlaneRectangles<kWidth>;
 
 /// Divisors of a quotient that is used only where they are positive are at least this: no quotient
 /// overflows.
@@ -295,7 +297,7 @@ HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[
 /// A node's children in a packet's plane: their rectangles, and nearest_q.
 struct alignas(64) NodeChildren {
     Rectangles rectangles;
-    float q[16];
+    PerSlot<float> q;
 };
 
 /// Projects a node's children. Returns those that the packet may meet, as bits.
@@ -307,12 +309,13 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
     std::uint32_t hits = 0;
     for (std::size_t l = 0; l < kWidth; l += kLanes) {
         const FloatVec org[3] = {splat(frame.org.x), splat(frame.org.y), splat(frame.org.z)};
-        const FloatVec lower[3] = {load_unaligned(node.lower_x + l) - org[0],
-                                   load_unaligned(node.lower_y + l) - org[1],
-                                   load_unaligned(node.lower_z + l) - org[2]};
-        const FloatVec upper[3] = {load_unaligned(node.upper_x + l) - org[0],
-                                   load_unaligned(node.upper_y + l) - org[1],
-                                   load_unaligned(node.upper_z + l) - org[2]};
+        const std::size_t v = l / kLanes;
+        const FloatVec lower[3] = {planes_of(node, 0, 0, v) - org[0],
+                                   planes_of(node, 1, 0, v) - org[1],
+                                   planes_of(node, 2, 0, v) - org[2]};
+        const FloatVec upper[3] = {planes_of(node, 0, 1, v) - org[0],
+                                   planes_of(node, 1, 1, v) - org[1],
+                                   planes_of(node, 2, 1, v) - org[2]};
         FloatVec largest = zero();
         for (int axis = 0; axis < 3; ++axis)
             largest = max(largest, max(abs(lower[axis]), abs(upper[axis])));
@@ -342,12 +345,11 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
 /// Prefetches a child's memory without a branch: a leaf's first lines are prefetched twice.
 HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
     static_assert(sizeof(Leaf) <= sizeof(Node));
-    const bool is_leaf = (child & kLeafBit) != 0;
-    const char* const bytes = is_leaf
-                                  ? reinterpret_cast<const char*>(&bvh.leaves[child & ~kLeafBit])
+    const char* const bytes = is_leaf(child)
+                                  ? reinterpret_cast<const char*>(&bvh.leaves[leaf_of(child)])
                                   : reinterpret_cast<const char*>(&bvh.nodes[child]);
     prefetch(bytes, sizeof(Leaf));
-    prefetch(bytes + (is_leaf ? 0 : sizeof(Leaf)), sizeof(Node) - sizeof(Leaf));
+    prefetch(bytes + (is_leaf(child) ? 0 : sizeof(Leaf)), sizeof(Node) - sizeof(Leaf));
 }
 
 /// Traverses the tree with a packet. `Tracer` holds the packet and has
@@ -383,11 +385,11 @@ public:
             const float q = top.q;
             const std::uint32_t child = top.child;
             ActiveRays active = top.active;
-            const bool is_node = (child & kLeafBit) == 0;
+            const bool is_node = !is_leaf(child);
             if (!tracer_.narrow(q, is_node, active)) continue;
             if (is_node) {
                 visit_node(bvh_.nodes[child], active);
-            } else if (!tracer_.visit_leaf(bvh_.leaves[child & ~kLeafBit], q, active)) {
+            } else if (!tracer_.visit_leaf(bvh_.leaves[leaf_of(child)], q, active)) {
                 return false;
             }
         }
@@ -405,16 +407,17 @@ private:
     void visit_node(const Node& node, const ActiveRays& active) {
         NodeChildren children;
         const std::uint32_t hits = project_node(tracer_.frame(), node, children);
-        ActiveRays active_at[kWidth];
+        PerSlot<ActiveRays> active_at;
         const std::uint32_t kept = tracer_.find_active(children, hits, active, active_at);
-        alignas(64) std::int32_t order[kWidth];
+        alignas(64) PerSlot<std::int32_t> order;
         order_of(children.q, order);
         for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
             const std::uint32_t slot = first_bit(rest);
-            assert(node.child[slot] != kEmptyChild);
+            const std::uint32_t child = child_of(node, slot);
+            assert(child != kEmptyChild);
             stack_[size_ + hwy::PopCount(kept & slots_before(order, order[slot]))] = {
-                active_at[slot], children.q[slot], node.child[slot]};
-            prefetch_child(bvh_, node.child[slot]);
+                active_at[slot], children.q[slot], child};
+            prefetch_child(bvh_, child);
         }
         size_ += static_cast<std::uint32_t>(hwy::PopCount(kept));
     }
@@ -438,7 +441,7 @@ private:
     const Bvh& bvh_;
     Tracer& tracer_;
     std::uint32_t size_ = 0;
-    Entry stack_[kMaxStack];
+    TraversalStack<Entry> stack_;
 };
 
 }  // namespace mray::cpu::HWY_NAMESPACE

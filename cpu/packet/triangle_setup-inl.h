@@ -58,7 +58,7 @@ struct PixelRange {
 /// Returns the triangles of a leaf whose vertices are all finite, as bits.
 inline std::uint32_t finite_triangles(const Leaf& leaf) {
     std::uint32_t finite = 0;
-    for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
+    for (std::uint32_t i = 0; i < std::size(leaf.vertex); ++i) {
         float largest = -kSceneExtent;
         for (std::uint32_t k = 0; k < 3; ++k)
             largest = std::max(largest, leaf.vertex[corner(leaf.vertex[i].corners, k)].x);
@@ -69,11 +69,11 @@ inline std::uint32_t finite_triangles(const Leaf& leaf) {
 
 /// A leaf's vertices in a packet's projection.
 struct alignas(64) ProjectedVertices {
-    float x[kLeafVertices], y[kLeafVertices], z[kLeafVertices];
+    PerVertex<float> x, y, z;
     /// The largest coordinate relative to the leaf's first vertex, in scene space.
-    float size[kLeafVertices];
+    PerVertex<float> size;
     /// The local vertex indices of the leaf's triangles, packed.
-    std::uint32_t indices[kLeafVertices];
+    PerTriangle<std::uint32_t> indices;
     /// The largest coordinate of the first vertex relative to the origin.
     float distance;
 };
@@ -83,7 +83,7 @@ struct alignas(64) ProjectedVertices {
 HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
                                  ProjectedVertices& projected) {
     const LeafVertex* first = leaf.vertex;
-    while (first->x > kSceneExtent && first != leaf.vertex + kLeafVertices - 1) ++first;
+    while (first->x > kSceneExtent && first + 1 != std::end(leaf.vertex)) ++first;
     const LeafVertex& v0 = *first;
     const double p[3] = {double{v0.x} - frame.org.x, double{v0.y} - frame.org.y,
                          double{v0.z} - frame.org.z};
@@ -96,7 +96,7 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
     }
     float* const out[3] = {projected.x, projected.y, projected.z};
     bool all_finite = true;
-    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+    for (std::size_t l = 0; l < std::size(leaf.vertex); l += kLanes) {
         FloatVec x, y, z, w;
         hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, x, y, z, w);
         store(as_uint(w), projected.indices + l);
@@ -170,26 +170,26 @@ struct TrianglePlaneSet {
 /// functions of unoriented triangles may be positive or negative inside, and nothing is known of
 /// their 1/z.
 struct alignas(64) SetUpTriangles {
-    float a[3][16], b[3][16], c[3][16];
-    float depth_a[16], depth_b[16], depth_c[16];
-    float bound[16];
+    PerTriangle<float> a[3], b[3], c[3];
+    PerTriangle<float> depth_a, depth_b, depth_c;
+    PerTriangle<float> bound;
 };
 
 /// Triangles for a camera packet: 1/z is off by at most `error`.
 struct CameraTriangles : SetUpTriangles {
-    float error[16];
+    PerTriangle<float> error;
     /// The columns and rows of blocks that each meets, as bits.
-    std::uint32_t columns[16], rows[16];
+    PerTriangle<std::uint32_t> columns, rows;
     std::uint32_t unoriented;
 };
 
 /// Triangles for a light packet: q = 1/z is off by at most c0 + q (c1 + q c2). No hit has a larger
 /// 1/z than `q`, and none lies outside the rectangle.
 struct LightTriangles : SetUpTriangles {
-    float c0[16], c1[16], c2[16], q[16];
+    PerTriangle<float> c0, c1, c2, q;
     Rectangles rectangles;
     /// c plus kMissBound * bound, and depth_c plus the largest error (MissPlanes).
-    float most_c[3][16], most_q[16];
+    PerTriangle<float> most_c[3], most_q;
     /// As bits. Triangles with a vertex `behind`, not in front of the origin, have the whole plane.
     std::uint32_t unoriented, behind;
 };
@@ -430,7 +430,7 @@ public:
         out.unoriented = 0;
         if constexpr (!kOnGrid) out.behind = 0;
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-        for (std::size_t l = 0; l < (kOnGrid ? count : kLeafTriangles); l += kLanes) {
+        for (std::size_t l = 0; l < (kOnGrid ? count : kMaxLanes); l += kLanes) {
             const TriangleVertices v = find_vertices(projected, far_error, l);
             const TriangleRectangles places = find_rectangles(v, out, l);
             if (kOnGrid && none(places.meets)) continue;
@@ -688,7 +688,7 @@ struct PlaneVertices : ProjectedVertices {
     HWY_INLINE PlaneVertices(const PacketFrame& frame, const Leaf& leaf) {
         usable = project_vertices(frame, leaf, *this);
         FloatVec least = load(z), most = least, sizes = zero();
-        for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+        for (std::size_t l = 0; l < std::size(z); l += kLanes) {
             const FloatVec depth = load(z + l);
             least = min(least, depth);
             most = max(most, depth);

@@ -250,12 +250,11 @@ struct BoxLanes {
     lanes::Float3 lower, upper;
 };
 
-/// The boxes in slots i and following.
-HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t i) {
-    return {{load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
-             load_unaligned(node.lower_z + i)},
-            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
-             load_unaligned(node.upper_z + i)}};
+/// The boxes in `slot` and the following ones.
+HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t slot) {
+    const std::size_t v = slot / kLanes;
+    return {{planes_of(node, 0, 0, v), planes_of(node, 1, 0, v), planes_of(node, 2, 0, v)},
+            {planes_of(node, 0, 1, v), planes_of(node, 1, 1, v), planes_of(node, 2, 1, v)}};
 }
 
 HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
@@ -586,7 +585,7 @@ public:
             room_ = std::clamp(2 * near_.size(), kFew, kMost);
         }
         if (near_.size() < kMost) {
-            near_.push_back({least, leaf * kWidth + slot});
+            near_.push_back({least, triangle_at(leaf, slot)});
         } else {
             least_lost_ = least;
         }
@@ -611,7 +610,7 @@ public:
         const std::size_t first = rivals.triangles.size();
         for (const Near& near : near_) {
             rivals.triangles.push_back(
-                triangle_of(bvh.leaves[near.place / kWidth], near.place % kWidth));
+                triangle_of(bvh.leaves[triangle_leaf(near.place)], triangle_slot(near.place)));
             std::uint32_t& prim_id = rivals.triangles.back().prim_id;
             prim_id = first_seen(bvh, prim_id, sees);
         }

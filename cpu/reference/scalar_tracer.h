@@ -58,7 +58,7 @@ std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, Vis
         std::uint32_t child;
     };
     const SlabRay slab = slab_ray(ray.org, ray.dir);
-    Entry stack[kMaxStack];
+    TraversalStack<Entry> stack;
     stack[0] = {0, 0};
     std::uint32_t size = 1;
     std::uint32_t steps = 0;
@@ -66,23 +66,22 @@ std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, Vis
         const Entry entry = stack[--size];
         ++steps;
         if (entry.t_least > last) continue;
-        if ((entry.child & kLeafBit) != 0) {
-            last = visit_leaf(bvh.leaves[entry.child & ~kLeafBit]);
+        if (is_leaf(entry.child)) {
+            last = visit_leaf(bvh.leaves[leaf_of(entry.child)]);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];
         const std::uint32_t base = size;
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
-            const vec3 lower = {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]};
-            const vec3 upper = {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]};
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            const Box box = slot_box(node, slot);
             float t_least;
-            if (!hits_box(slab, lower, upper, t_least) || t_least > last) continue;
-            assert(size < kMaxStack);
+            if (!hits_box(slab, box.lower, box.upper, t_least) || t_least > last) return;
+            assert(size < std::size(stack));
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].t_least < t_least; --place)
                 stack[place] = stack[place - 1];
-            stack[place] = {t_least, node.child[slot]};
-        }
+            stack[place] = {t_least, child};
+        });
     }
     return steps;
 }

@@ -8,11 +8,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "common/simd/fixed_vectors-inl.h"
+#include "cpu/simd/node-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
-using namespace simd::HWY_NAMESPACE;
 
 // The number of leaves by which prefetches run ahead, with all that a leaf's refit reads and writes
 // (lab/notes/build_and_refit.md).
@@ -23,9 +22,8 @@ HWY_INLINE void prefetch_leaf(const RefitArrays& tree, std::uint32_t index,
     const auto* const bytes = reinterpret_cast<const std::byte*>(&tree.leaves[index].vertex);
     for (std::size_t at = 0; at < sizeof(Leaf::vertex); at += kCacheLine)
         __builtin_prefetch(bytes + at, 1);
-    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{index} * kLeafVertices];
-    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot)
-        __builtin_prefetch(&positions[source[slot]]);
+    for (const std::uint32_t vertex : vertices_of(tree.leaf_vertices, index))
+        __builtin_prefetch(&positions[vertex]);
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -57,7 +55,7 @@ HWY_INLINE hn::Vec<Tag> gather_vertices(Tag tag, const vec3* positions,
 HWY_INLINE bool has_vertex(const std::uint32_t* source, std::uint32_t vertex) {
     const UintVec wanted = splat(vertex);
     UintMask found = load_unaligned(source) == wanted;
-    for (std::uint32_t slot = kLanes; slot < kLeafVertices; slot += kLanes)
+    for (std::uint32_t slot = kLanes; slot < kMaxLanes; slot += kLanes)
         found = found | (load_unaligned(source + slot) == wanted);
     return !none(found);
 }
@@ -86,8 +84,7 @@ HWY_INLINE bool set_finite_slot(Node* nodes, std::uint32_t parent, FloatVec lowe
     alignas(16) float l[4], u[4];
     store(least - plane_pads(least, extent), l);
     store(most + plane_pads(most, extent), u);
-    const Box box = {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
-    set_slot_box(nodes[parent / kWidth], parent % kWidth, box);
+    set_parent_box(nodes, parent, {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}});
     return true;
 }
 
@@ -100,7 +97,7 @@ HWY_NOINLINE void refit_rare_leaf(const RefitArrays& tree, std::uint32_t index,
 /// refit_leaf with kLanes / 4 vertices a register: a leaf is 16, 8 or 4 of each operation.
 HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index,
                                     std::span<const vec3> positions) {
-    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{index} * kLeafVertices];
+    const std::uint32_t* source = vertices_of(tree.leaf_vertices, index).data();
     // Nothing may follow the last vertex in memory.
     if (has_vertex(source, static_cast<std::uint32_t>(positions.size()) - 1)) [[unlikely]]
         return refit_rare_leaf(tree, index, positions);
@@ -108,7 +105,7 @@ HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index
     Leaf& leaf = tree.leaves[index];
     FloatVec lower = splat(kEmptyPlane);
     FloatVec upper = splat(-kEmptyPlane);
-    for (std::uint32_t slot = 0; slot < kLeafVertices; slot += kLanes / 4) {
+    for (std::uint32_t slot = 0; slot < std::size(leaf.vertex); slot += kLanes / 4) {
         const FloatVec p = gather_vertices(kFloats, positions.data(), source + slot);
         lower = min(lower, p);
         upper = max(upper, p);
@@ -123,15 +120,15 @@ HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index
         refit_rare_leaf(tree, index, positions);
 }
 
-/// `combine` (min or max) of each of a node's planes x, y and z, in the first three lanes.
+/// `combine` (min or max) of each of a node's planes x, y and z of a side, in the first three
+/// lanes.
 template <class Combine>
-HWY_INLINE Float4 combine_planes(const float* x, const float* y, const float* z, Combine combine) {
+HWY_INLINE Float4 combine_planes(const Node& node, std::uint32_t side, Combine combine) {
     Float4 v[3];
-    const float* const planes[3] = {x, y, z};
-    for (int axis = 0; axis < 3; ++axis) {
-        v[axis] = load4(planes[axis]);
-        for (std::uint32_t slot = 4; slot < kWidth; slot += 4)
-            v[axis] = combine(v[axis], load4(planes[axis] + slot));
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        v[axis] = four_planes(node, axis, side, 0);
+        for (std::uint32_t quarter = 1; quarter < kQuarters; ++quarter)
+            v[axis] = combine(v[axis], four_planes(node, axis, side, quarter));
     }
     const auto pair = [&](Float4 a, Float4 b) HWY_ATTR {
         return combine(hn::InterleaveLower(kFloats4, a, b), hn::InterleaveUpper(kFloats4, a, b));
@@ -146,14 +143,10 @@ HWY_INLINE void refit_node_in_lanes(const RefitArrays& tree, std::uint32_t index
     if (parent == kNoParent) return;
     const Node& node = tree.nodes[index];
     alignas(16) float lower[4], upper[4];
-    store(combine_planes(node.lower_x, node.lower_y, node.lower_z,
-                         [](Float4 a, Float4 b) HWY_ATTR { return min(a, b); }),
-          lower);
-    store(combine_planes(node.upper_x, node.upper_y, node.upper_z,
-                         [](Float4 a, Float4 b) HWY_ATTR { return max(a, b); }),
-          upper);
-    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth,
-                 {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
+    store(combine_planes(node, 0, [](Float4 a, Float4 b) HWY_ATTR { return min(a, b); }), lower);
+    store(combine_planes(node, 1, [](Float4 a, Float4 b) HWY_ATTR { return max(a, b); }), upper);
+    set_parent_box(tree.nodes, parent,
+                   {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
 }
 
 #endif  // HWY_TARGET

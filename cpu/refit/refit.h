@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <span>
 
-#include "common/bvh/box.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
 
@@ -56,24 +55,24 @@ struct IndexSequence {
 inline void refit_leaf(const RefitArrays& tree, std::uint32_t leaf_index,
                        std::span<const vec3> positions) {
     Leaf& leaf = tree.leaves[leaf_index];
-    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{leaf_index} * kLeafVertices];
     Box box;
-    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
-        const vec3 p = positions[source[slot]];
-        leaf.vertex[slot].x = p.x;
-        leaf.vertex[slot].y = p.y;
-        leaf.vertex[slot].z = p.z;
+    LeafVertex* to = leaf.vertex;
+    for (const std::uint32_t vertex : vertices_of(tree.leaf_vertices, leaf_index)) {
+        const vec3 p = positions[vertex];
+        to->x = p.x;
+        to->y = p.y;
+        to->z = p.z;
+        ++to;
         if (is_finite_vertex(p)) box.extend(p);
     }
-    const std::uint32_t parent = tree.leaf_parents[leaf_index];
-    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, padded(box));
+    set_parent_box(tree.nodes, tree.leaf_parents[leaf_index], padded(box));
 }
 
 /// Gives the parent's slot of a node, whose own slots are up to date, their union.
 inline void refit_node(const RefitArrays& tree, std::uint32_t node_index) {
     const std::uint32_t parent = tree.node_parents[node_index];
     if (parent == kNoParent) return;
-    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, node_box(tree.nodes[node_index]));
+    set_parent_box(tree.nodes, parent, node_box(tree.nodes[node_index]));
 }
 
 }  // namespace mray::cpu

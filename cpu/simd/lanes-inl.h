@@ -23,15 +23,6 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// The numbers below 16 that test() selects, as bits. test(l) returns a mask of as many numbers as
-/// there are lanes, from l on.
-template <class Test>
-HWY_INLINE std::uint32_t bits_of_sixteen(Test test) {
-    std::uint32_t bits = 0;
-    for (std::size_t l = 0; l < 16; l += kLanes) bits |= bits_of(test(l)) << l;
-    return bits;
-}
-
 namespace lanes {
 
 using Float = FloatVec;

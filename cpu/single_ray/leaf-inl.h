@@ -46,8 +46,8 @@ constexpr std::uint32_t slot_of_lane(std::uint32_t lane) {
 }
 
 alignas(16) inline constexpr auto kLaneOfSlot = [] {
-    std::array<std::uint8_t, kLeafVertices> lanes{};
-    for (std::uint8_t lane = 0; lane < kLeafVertices; ++lane) lanes[slot_of_lane(lane)] = lane;
+    std::array<std::uint8_t, kMaxLanes> lanes{};
+    for (std::uint8_t lane = 0; lane < lanes.size(); ++lane) lanes[slot_of_lane(lane)] = lane;
     return lanes;
 }();
 
@@ -110,7 +110,7 @@ public:
 
 private:
     FloatVec vectors_[kVectors];
-    HWY_ALIGN float table_[kLeafVertices];
+    HWY_ALIGN PerVertex<float> table_;
 };
 
 /// Looks up values for the three vertices of a vector of triangles.
@@ -563,7 +563,8 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
 
 /// The vertices of a leaf as rays see them, and a bound of the edge functions of all its triangles.
 struct ProjectedLeaf {
-    FloatVec x[kLeafVertices], y[kLeafVertices], z[kLeafVertices], bound;
+    PerVertex<FloatVec> x, y, z;
+    FloatVec bound;
 
     HWY_INLINE lanes::Float3 operator[](std::uint32_t i) const { return {x[i], y[i], z[i]}; }
 };

@@ -33,12 +33,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
-/// Vector v of the planes at this many bytes into the node.
-HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_t v) {
-    const std::byte* planes = reinterpret_cast<const std::byte*>(&node) + offset;
-    return load_unaligned(reinterpret_cast<const float*>(planes) + v * kLanes);
-}
-
 /// Where a ray enters a vector of boxes on each axis, and where it enters and leaves them; it meets
 /// a box if enter <= leave.
 struct BoxTimes {
@@ -51,9 +45,9 @@ HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float la
     const FloatVec end = splat(last_entry(stream.depth_margin[ray], last));
     FloatVec enter[3], leave[3];
     for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t near_offset = stream.near_offset[axis][ray];
-        const FloatVec near = load_planes(node, near_offset, v);
-        const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v);
+        const std::uint32_t near_offset = stream.near_offset[axis][ray];
+        const FloatVec near = planes_of(node, near_offset, v);
+        const FloatVec far = planes_of(node, other_side(near_offset), v);
         enter[axis] = mul_sub(near, splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
         leave[axis] =
             mul_sub(far, splat(stream.rdir_far[axis][ray]), splat(stream.k_far[axis][ray]));
@@ -77,7 +71,7 @@ HWY_INLINE FloatVec enter_main_axis(const RayStream& stream, std::size_t ray, co
                                     std::size_t v, const BoxTimes& times) {
     if constexpr (kAxis == kAnyAxis) {
         const std::uint32_t axis = stream.axis[ray];
-        return mul_sub(load_planes(node, stream.near_offset[axis][ray], v),
+        return mul_sub(planes_of(node, stream.near_offset[axis][ray], v),
                        splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
     } else {
         return times.enter_axis[kAxis];
@@ -99,12 +93,6 @@ HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, fl
         slots |= bits_of(met) << (v * kLanes);
     }
     return slots;
-}
-
-HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
-    return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
-        return float_mask(as_int(load_unaligned(node.child + slot)) < hn::Zero(kInts));
-    });
 }
 
 // Rays of one octant (the same sign of rdir on each axis) against the boxes of a node: first all of
@@ -196,9 +184,9 @@ HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const N
         FloatVec along = splat(kInfiniteT);
         FloatVec leave = splat(kInfiniteT);
         for (int axis = 0; axis < 3; ++axis) {
-            const std::size_t offset = bundle.near_offset[axis];
-            const FloatVec near = load_planes(node, offset, v) - bundle.org_near[axis];
-            const FloatVec far = load_planes(node, offset ^ kPlaneBytes, v) - bundle.org_far[axis];
+            const std::uint32_t offset = bundle.near_offset[axis];
+            const FloatVec near = planes_of(node, offset, v) - bundle.org_near[axis];
+            const FloatVec far = planes_of(node, other_side(offset), v) - bundle.org_far[axis];
             const FloatVec least = splat(bundle.rdir_least[axis]);
             const FloatVec most = splat(bundle.rdir_most[axis]);
             // The earliest and the latest time of a ray.
@@ -219,14 +207,12 @@ HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const N
 HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, const float* last,
                              std::uint64_t rays, const Node& node, std::uint32_t slots,
                              std::uint64_t* HWY_RESTRICT met) {
-    const float* near[3];
-    const float* far[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto* const bytes = reinterpret_cast<const std::byte*>(&node);
+    const auto of_side = [&](int axis, bool is_far) HWY_ATTR {
         const std::uint32_t offset = bundle.near_offset[axis];
-        near[axis] = reinterpret_cast<const float*>(bytes + offset);
-        far[axis] = reinterpret_cast<const float*>(bytes + (offset ^ kPlaneBytes));
-    }
+        return SlotPlanes(node, is_far ? other_side(offset) : offset);
+    };
+    const SlotPlanes near[3] = {of_side(0, false), of_side(1, false), of_side(2, false)};
+    const SlotPlanes far[3] = {of_side(0, true), of_side(1, true), of_side(2, true)};
     for (std::uint32_t left = slots; left != 0; left &= left - 1) met[std::countr_zero(left)] = 0;
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
         const auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
@@ -241,7 +227,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
         const FloatVec end =
             lanes::last_entry(load(stream.depth_margin + first), load(last + first));
         for (std::uint32_t left = slots; left != 0; left &= left - 1) {
-            const int slot = std::countr_zero(left);
+            const auto slot = static_cast<std::uint32_t>(std::countr_zero(left));
             FloatVec enter = zero();
             FloatVec leave = end;
             for (int axis = 0; axis < 3; ++axis) {

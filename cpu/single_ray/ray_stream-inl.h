@@ -16,6 +16,7 @@
 #include "common/interop/slab.h"
 #include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
+#include "cpu/simd/node-inl.h"
 #include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,7 +32,7 @@ inline constexpr int kAnyAxis = -1;
 struct alignas(64) RayStream {
     // The line is in a slab between a near and a far plane, dilated and prolonged (prepare_slab),
     // between t = near * rdir - k_near and t = far * rdir_far - k_far. The sign of rdir tells which
-    // of a node's planes are the near ones; near_offset is where they begin.
+    // of a node's planes are the near ones; near_offset is their plane_offset().
     float rdir[3][kStreamRays], rdir_far[3][kStreamRays];
     float k_near[3][kStreamRays], k_far[3][kStreamRays];
     std::uint32_t near_offset[3][kStreamRays];
@@ -53,13 +54,6 @@ struct alignas(64) RayStream {
     Crossing crossing = Crossing::kEach;
 };
 
-/// Bytes from a node's lower planes of an axis to the upper ones, and to the next axis. Lower
-/// planes are at even multiples, so near and far are kPlaneBytes apart by an exclusive or.
-inline constexpr std::uint32_t kPlaneBytes = 16 * (kNodeUpperX - kNodeLowerX);
-static_assert(kPlaneBytes == 64 && kNodeLowerX == 0 && 16 * kNodeLowerY == 2 * kPlaneBytes &&
-              16 * kNodeUpperY == 3 * kPlaneBytes && 16 * kNodeLowerZ == 4 * kPlaneBytes &&
-              16 * kNodeUpperZ == 5 * kPlaneBytes);
-
 inline constexpr float kStreamDilation = HWY_NATIVE_FMA ? kDilationOfOrigin : kUnfusedDilation;
 inline constexpr float kStreamRounding = HWY_NATIVE_FMA ? kFusedSlabRounding : kSlabRounding;
 
@@ -76,8 +70,8 @@ HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t
     const FloatVec rdir_far = rdir * kStreamRounding;
     const Mask negative = rdir < zero();
     const FloatVec dilation = (kStreamDilation * abs(org) + least) * abs(rdir);
-    const UintVec lower = splat(2 * kPlaneBytes * axis);
-    const UintVec upper = splat(2 * kPlaneBytes * axis + kPlaneBytes);
+    const UintVec lower = splat(plane_offset(axis, 0));
+    const UintVec upper = splat(plane_offset(axis, 1));
     store(rdir, stream.rdir[axis] + first);
     store(rdir_far, stream.rdir_far[axis] + first);
     store(mul_add(org, rdir, dilation), stream.k_near[axis] + first);

@@ -52,14 +52,14 @@ HWY_INLINE void visit_guessed_slot(std::uint32_t slots, Visit visit) {
 /// never did. The leaves of a node come before its other children, in no other order.
 template <class Met, class Visit>
 HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_t root = 0) {
-    std::uint32_t stack[kMaxStack];
+    TraversalStack<std::uint32_t> stack;
     std::size_t size = 0;
     for (std::uint32_t index = root;;) {
         const Node& node = bvh.nodes[index];
         const std::uint32_t slots = met(node);
         const std::uint32_t leaves = leaf_slots(node);
         for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
-            if (!visit(bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit])) return false;
+            if (!visit(bvh.leaves[leaf_of(child_of(node, first_bit(rest)))])) return false;
         }
         std::uint32_t rest = slots & ~leaves;
         if (rest == 0) {
@@ -68,12 +68,12 @@ HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_
             continue;
         }
         visit_guessed_slot(rest, [&](std::uint32_t slot) HWY_ATTR {
-            index = node.child[slot];
+            index = child_of(node, slot);
             keep_branch(index);
         });
         for (rest &= rest - 1; rest != 0; rest &= rest - 1) {
             assert(size < kMaxStack);
-            stack[size++] = node.child[std::countr_zero(rest)];
+            stack[size++] = child_of(node, first_bit(rest));
         }
     }
 }
@@ -83,13 +83,13 @@ HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_
 HWY_INLINE std::size_t push_others(const Node& node, std::uint32_t slots, const float* bounds,
                                    StackEntry* stack, std::size_t size, StackEntry& nearest) {
     visit_guessed_slot(slots, [&](std::uint32_t slot) HWY_ATTR {
-        nearest = {bounds[slot], node.child[slot]};
+        nearest = {bounds[slot], child_of(node, slot)};
         keep_branch(nearest.child);
     });
     const std::size_t base = size;
     for (slots &= slots - 1; slots != 0; slots &= slots - 1) {
         const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
-        StackEntry other = {bounds[slot], node.child[slot]};
+        StackEntry other = {bounds[slot], child_of(node, slot)};
         if (other.t_least < nearest.t_least) {
             std::swap(other, nearest);
             keep_branch(nearest.child);
@@ -105,15 +105,15 @@ HWY_INLINE std::size_t push_others(const Node& node, std::uint32_t slots, const 
 template <class Near, class VisitLeaf>
 HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const float& most, Near near,
                                    VisitLeaf visit_leaf) {
-    StackEntry stack[kMaxStack];
+    TraversalStack<StackEntry> stack;
     std::size_t size = 0;
     StackEntry entry = {0, 0};
     for (;;) {
-        if ((entry.child & kLeafBit) != 0) {
-            visit_leaf(entry.child & ~kLeafBit);
+        if (is_leaf(entry.child)) {
+            visit_leaf(leaf_of(entry.child));
         } else {
             const Node& node = bvh.nodes[entry.child];
-            HWY_ALIGN float bounds[kWidth];
+            HWY_ALIGN PerSlot<float> bounds;
             if (const std::uint32_t slots = near(node, bounds); slots != 0) {
                 size = push_others(node, slots, bounds, stack, size, entry);
                 continue;
@@ -166,14 +166,14 @@ HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::
     const RayBundle bundle = bundle_of(stream, count);
     const float* const last = tracer.last_depths();
     float farthest = largest_of(last, count);
-    Entry stack[kMaxStack];
+    TraversalStack<Entry> stack;
     stack[0] = {~std::uint64_t{0} >> (kStreamRays - count), 0, 0};
     for (std::size_t size = 1; size > 0;) {
         const Entry entry = stack[--size];
         const std::uint64_t rays = tracer.rays_left(entry.rays, entry.t_least);
         if (rays == 0) continue;
-        if ((entry.child & kLeafBit) != 0) {
-            tracer.visit_leaf(rays, bvh.leaves[entry.child & ~kLeafBit]);
+        if (is_leaf(entry.child)) {
+            tracer.visit_leaf(rays, bvh.leaves[leaf_of(entry.child)]);
             continue;
         }
         if (!tracer.stay_together(rays)) {
@@ -183,22 +183,22 @@ HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::
         const Node& node = bvh.nodes[entry.child];
         if constexpr (Tracer::kFrontToBack) farthest = largest_of(last, count);
         FloatVec least[kVectors];
-        HWY_ALIGN float t_least[kWidth];
+        HWY_ALIGN PerSlot<float> t_least;
         std::uint32_t slots = near_slots(bundle, farthest, node, least);
         if (slots == 0) continue;
         for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
-        std::uint64_t met[kWidth];
+        PerSlot<std::uint64_t> met;
         rays_meeting(stream, bundle, last, rays, node, slots, met);
         const std::size_t base = size;
         for (; slots != 0; slots &= slots - 1) {
-            const int slot = std::countr_zero(slots);
+            const std::uint32_t slot = first_bit(slots);
             if constexpr (Tracer::kFrontToBack) {
                 if (met[slot] == 0) continue;
                 insert_sorted(stack, base, size++,
-                              Entry{met[slot], node.child[slot], t_least[slot]});
+                              Entry{met[slot], child_of(node, slot), t_least[slot]});
             } else {
                 assert(size < kMaxStack);
-                stack[size] = {met[slot], node.child[slot], 0};
+                stack[size] = {met[slot], child_of(node, slot), 0};
                 size += met[slot] != 0;
             }
         }
@@ -227,7 +227,7 @@ HWY_INLINE void prepare_slab_of_one(RayStream& stream, std::uint32_t axis, float
     stream.rdir_far[axis][0] = rdir_far;
     stream.k_near[axis][0] = mul_add_one(org, rdir, dilation);
     stream.k_far[axis][0] = mul_add_one(org, rdir_far, -dilation);
-    stream.near_offset[axis][0] = 2 * kPlaneBytes * axis + (rdir < 0 ? kPlaneBytes : 0);
+    stream.near_offset[axis][0] = plane_offset(axis, rdir < 0 ? 1 : 0);
 }
 
 /// Sets what closest hits need of ray 0 of a stream that is alone in it, with the bits of
@@ -400,9 +400,9 @@ public:
                 const std::size_t top = --path.size;
                 const auto t_least = std::bit_cast<float>(path.key[top] & ~kSlotBits);
                 const bool reached = t_least <= closest.last[path.ray];
-                const bool is_leaf = (path.child[top] & kLeafBit) != 0;
-                nodes.add(reached && !is_leaf, left[k], path.child[top]);
-                leaves.add(reached && is_leaf, left[k], path.child[top] & ~kLeafBit);
+                const std::uint32_t child = path.child[top];
+                nodes.add(reached && !is_leaf(child), left[k], child);
+                leaves.add(reached && is_leaf(child), left[k], leaf_of(child));
             }
             for (std::size_t k = 0; k < leaves.count; ++k)
                 prefetch(bvh.leaves[leaves.index[k]].vertex, sizeof(Leaf::vertex));
@@ -456,7 +456,7 @@ private:
         hn::StoreU(sorted, d, key);
         const UintVec places = extended(sorted) & splat(kSlotBits);
         const UintVec children =
-            hn::TableLookupLanes(load_unaligned(node.child), hn::IndicesFromVec(kUints, places));
+            hn::TableLookupLanes(children_of(node, 0), hn::IndicesFromVec(kUints, places));
         hn::StoreU(first_lanes(d, children), d, child);
     }
 #endif
@@ -474,7 +474,7 @@ private:
         if (count <= 4) return write_sorted(FourTag(), node, met, count, least[0], key, child);
         if (count <= 8) return write_sorted(EightTag(), node, met, count, least[0], key, child);
 #endif
-        HWY_ALIGN float t_least[kWidth];
+        HWY_ALIGN PerSlot<float> t_least;
         for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
         std::size_t size = 0;
         for (std::uint32_t slots = met; slots != 0; slots &= slots - 1) {
@@ -487,7 +487,7 @@ private:
                 child[place] = child[place - 1];
             }
             key[place] = k;
-            child[place] = node.child[slot];
+            child[place] = child_of(node, slot);
         }
     }
 
@@ -606,18 +606,18 @@ HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32
         std::uint8_t bytes[8] = {};
         std::memcpy(bytes, &bits, sizeof bits);
         const UintMask which = hn::LoadMaskBits(kUints, bytes);
-        store_unaligned(hn::Compress(load_unaligned(node.child), which), child);
+        store_unaligned(hn::Compress(children_of(node, 0), which), child);
         store_unaligned(splat(ray), of_ray);
         return size + count;
     }
     // Two without a branch; more are rare.
     for (std::size_t i = 0; i < 2; ++i) {
-        child[i] = node.child[std::countr_zero(slots | 1u << (kWidth - 1))];
+        child[i] = child_of(node, first_bit(slots | 1u << (kWidth - 1)));
         of_ray[i] = ray;
         slots &= slots - 1;
     }
     for (std::size_t i = 2; slots != 0; ++i) {
-        child[i] = node.child[std::countr_zero(slots)];
+        child[i] = child_of(node, first_bit(slots));
         of_ray[i] = ray;
         slots &= slots - 1;
     }
@@ -703,7 +703,7 @@ private:
 
     HWY_INLINE void trace_gathered_leaves(std::size_t count) {
         const auto leaf = [this](std::size_t i) -> const Leaf& {
-            return bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit];
+            return bvh_.leaves[leaf_of(outer_.child[kChunk + i])];
         };
         for (std::size_t i = 0; i < count; ++i) prefetch(leaf(i).vertex, sizeof(Leaf::vertex));
         for (std::size_t i = 0; i < count; ++i) {

@@ -4,7 +4,7 @@
 #include "shaders/kernel.glsl"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
-#include "shaders/single_ray/traverse.glsl"
+#include "shaders/single_ray/visits.glsl"
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
 READ3(Positions, positions, kBindPositions);
@@ -29,16 +29,15 @@ void main() {
                            uintBitsToFloat(AT3(positions, triangle.x)),
                            uintBitsToFloat(AT3(positions, triangle.y)),
                            uintBitsToFloat(AT3(positions, triangle.z)));
-    Ray ray = shadow_ray(s, args.params.light);
-    if (!is_shadow) ray = ao_ray(s, x, y, i % samples, args.params.ao_tfar);
+    Ray secondary = shadow_ray(s, args.params.light);
+    if (!is_shadow) secondary = ao_ray(s, x, y, i % samples, args.params.ao_tfar);
     bool is_traced = !is_shadow || faces_light(s, args.params.light);
     bool is_occluded = !is_traced;
     if (is_traced) {
-        Traversal t = begin_traversal(ray);
-        traverse(t, ray, true);
-        is_occluded = t.best_prim != kNoPrim;
-        report(t.status);
-        if (!finished(t)) suspend(ray, index);
+        begin_ray(secondary, true);
+        traverse();
+        is_occluded = has_hit();
+        end_ray(index);
     }
     if (is_occluded) atomicAdd(occlusion[index], 1u);
 }

@@ -17,8 +17,6 @@ void store_word(uint at, float value) {
 }
 #endif
 
-const uint kNodeWords = 4u * kNodeVec4s;
-
 uint refit_lane() { return gl_LocalInvocationID.x % kRefitLanes; }
 
 /// The leaf or node of the lane; only if is_within().
@@ -26,8 +24,8 @@ uint refit_item() { return args.first + gl_GlobalInvocationID.x / kRefitLanes; }
 
 bool is_within() { return gl_GlobalInvocationID.x / kRefitLanes < args.count; }
 
-/// The first word of plane p of a node: lower x, upper x, lower y, ...
-uint plane_at(uint node, uint p) { return node * kNodeWords + 4u * (kNodeUpperX - kNodeLowerX) * p; }
+/// The word of a slot's plane p: lower x, upper x, lower y, ...
+uint plane_word(uint node, uint p, uint slot) { return 4u * kNodeVec4s * node + plane_at(p, slot); }
 
 /// The boxes of all lanes, plane by plane. One more word a plane spreads them over banks of memory.
 shared float lane_planes[6u * (kGroupSize + 1u)];
@@ -66,7 +64,7 @@ float united_plane(uint p) {
                         unite_planes(p, quarter_planes[at + 2u], quarter_planes[at + 3u]));
 }
 
-/// Writes plane p of a box to its parent's slot; `parent` is node * kWidth + slot.
+/// Writes plane p of a box to its parent's slot.
 void store_plane(uint parent, uint p, float value) {
-    store_word(plane_at(parent / kWidth, p) + parent % kWidth, value);
+    store_word(plane_word(parent_node(parent), p, parent_slot(parent)), value);
 }

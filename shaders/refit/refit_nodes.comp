@@ -23,7 +23,7 @@ void main() {
     vec3 upper = vec3(-kEmptyPlane);
     if (is_within()) {
         float planes[6];
-        for (uint p = 0u; p < 6u; ++p) planes[p] = load_word(plane_at(node, p) + refit_lane());
+        for (uint p = 0u; p < 6u; ++p) planes[p] = load_word(plane_word(node, p, refit_lane()));
         lower = vec3(planes[0], planes[2], planes[4]);
         upper = vec3(planes[1], planes[3], planes[5]);
     }

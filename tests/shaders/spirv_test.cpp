@@ -289,10 +289,7 @@ Offsets in_kernel(const char* type) { return member_offsets(k_layout_spirv, type
     { #member, static_cast < std::uint32_t>(offsetof(type, member)) }
 
 TEST(SharedLayout, NodesAndLeavesAgree) {
-    EXPECT_EQ(in_kernel("Node"),
-              (Offsets{OFFSET(Node, lower_x), OFFSET(Node, upper_x), OFFSET(Node, lower_y),
-                       OFFSET(Node, upper_y), OFFSET(Node, lower_z), OFFSET(Node, upper_z),
-                       OFFSET(Node, child)}));
+    EXPECT_EQ(in_kernel("Node"), (Offsets{OFFSET(Node, planes), OFFSET(Node, child)}));
     EXPECT_EQ(in_kernel("Leaf"), (Offsets{OFFSET(Leaf, vertex), OFFSET(Leaf, prim_id)}));
     EXPECT_EQ(in_kernel("LeafVertex"),
               (Offsets{OFFSET(LeafVertex, x), OFFSET(LeafVertex, y), OFFSET(LeafVertex, z),

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/slab.h"
 
@@ -16,14 +15,14 @@ const vec3 kEye = vec3(0, 3, 12) * kUnit;
 
 /// The box of a child, which is moved if it is a leaf without the triangle.
 Box late_box(Bvh& bvh, std::uint32_t node, std::uint32_t slot, std::uint32_t on_time, vec3 drop) {
-    const std::uint32_t child = bvh.nodes[node].child[slot];
+    const std::uint32_t child = child_of(bvh.nodes[node], slot);
     if (child == kEmptyChild) return {};
     Box box;
-    if ((child & kLeafBit) == 0) {
+    if (!is_leaf(child)) {
         for (std::uint32_t below = 0; below < kWidth; ++below)
             box.extend(late_box(bvh, child, below, on_time, drop));
     } else {
-        const auto& ids = bvh.leaves[child & ~kLeafBit].prim_id;
+        const auto& ids = bvh.leaves[leaf_of(child)].prim_id;
         box = slot_box(bvh.nodes[node], slot);
         if (std::find(std::begin(ids), std::end(ids), on_time) == std::end(ids)) {
             box.lower -= drop;

@@ -66,7 +66,7 @@ private:
         expect(index > 0 || bvh_.node_parents[0] == kNoParent, "the root has a parent");
         bool ended = false;
         for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-            const std::uint32_t child = node.child[slot];
+            const std::uint32_t child = child_of(node, slot);
             const Box box = slot_box(node, slot);
             if (child == kEmptyChild) {
                 ended = true;
@@ -74,15 +74,15 @@ private:
                 continue;
             }
             expect(!ended, "node {} slot {} is used after an empty one", index, slot);
-            const bool is_leaf = (child & kLeafBit) != 0;
-            const std::uint32_t place = child & ~kLeafBit;
-            const auto& parents = is_leaf ? bvh_.leaf_parents : bvh_.node_parents;
-            if (!expect(place < parents.size() && parents[place] == index * kWidth + slot,
+            const std::uint32_t place = leaf_of(child);
+            const auto& parents = is_leaf(child) ? bvh_.leaf_parents : bvh_.node_parents;
+            if (!expect(place < parents.size() && parents[place] == parent_at(index, slot),
                         "node {} slot {}: its child does not refer back", index, slot))
                 continue;
-            expect(is_leaf || level_of(child) == level_of(index) + 1,
+            expect(is_leaf(child) || level_of(child) == level_of(index) + 1,
                    "node {} is not one level below its parent", child);
-            expect(box == (is_leaf ? padded(bounds_of_leaf(place)) : node_box(bvh_.nodes[child])),
+            expect(box == (is_leaf(child) ? padded(bounds_of_leaf(place))
+                                          : node_box(bvh_.nodes[child])),
                    "node {} slot {}: the box is not the bounds of its child", index, slot);
         }
     }
@@ -128,7 +128,7 @@ private:
         const std::uint32_t expected[] = {t.x, t.y, t.z};
         for (std::uint32_t k = 0; k < 3; ++k) {
             const std::uint32_t slot = corner(leaf.vertex[i].corners, k);
-            const std::uint32_t* vertices = &bvh_.leaf_vertices[std::size_t{index} * kLeafVertices];
+            const std::uint32_t* vertices = vertices_of(bvh_.leaf_vertices, index).data();
             if (!expect(slot < kLeafVertices && vertices[slot] == expected[k],
                         "leaf {}, triangle {}: corner {} is another vertex", index, prim, k))
                 continue;

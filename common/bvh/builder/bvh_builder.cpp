@@ -5,7 +5,6 @@
 #include <tbb/parallel_for.h>
 
 #include "common/base/thread_arena.h"
-#include "common/bvh/box.h"
 #include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/builder/collapse.h"
 
@@ -55,11 +54,11 @@ private:
                 node.children = children_of(sources[i], depth);
                 node.first_node = static_cast<std::uint32_t>(sources.size());
                 node.first_leaf = static_cast<std::uint32_t>(leaf_sources_.size());
-                std::uint32_t slot = i * kWidth;
+                std::uint32_t parent = parent_at(i, 0);
                 for (const std::uint32_t child : node.children.nodes()) {
                     const bool is_leaf = tree_.nodes[child].is_leaf();
                     (is_leaf ? leaf_sources_ : sources).push_back(child);
-                    (is_leaf ? bvh_.leaf_parents : bvh_.node_parents).push_back(slot++);
+                    (is_leaf ? bvh_.leaf_parents : bvh_.node_parents).push_back(parent++);
                 }
             }
             begin = end;
@@ -70,7 +69,7 @@ private:
 
     WideChildren children_of(std::uint32_t source, std::uint32_t depth) const {
         if (tree_.nodes.empty()) return {};
-        if (!tree_.nodes[source].is_leaf()) return collapse_.children(source, kMaxDepth - depth);
+        if (!tree_.nodes[source].is_leaf()) return collapse_.children(source, depth);
         WideChildren only;  // a scene of one leaf
         only.add(source);
         return only;
@@ -81,7 +80,7 @@ private:
         // The costs of the collapse, which lie in `spare`, are not read any more.
         if (tree_.spare.size() >= leaf_sources_.size()) bvh_.leaves = std::move(tree_.spare);
         bvh_.leaves.resize(leaf_sources_.size());
-        bvh_.leaf_vertices.resize(leaf_sources_.size() * kLeafVertices);
+        bvh_.leaf_vertices.resize(vertices_at(leaf_sources_.size()));
         using Range = tbb::blocked_range<std::size_t>;
         tbb::parallel_for(Range(0, wide_nodes_.size(), kGrain), [&](const Range& range) {
             watch_.throw_if_cancelled();
@@ -95,7 +94,7 @@ private:
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
                 const BinaryNode& source = tree_.nodes[leaf_sources_[i]];
                 fill_leaf(tree_.shape(source), tree_.triangles(source), positions_, bvh_.leaves[i],
-                          &bvh_.leaf_vertices[i * kLeafVertices]);
+                          vertices_of(bvh_.leaf_vertices, i).data());
             }
         });
     }
@@ -107,7 +106,7 @@ private:
         for (const std::uint32_t child : source.children.nodes()) {
             const BinaryNode& binary = tree_.nodes[child];
             set_slot_box(node, slot, binary.is_leaf() ? padded(binary.box) : Box());
-            node.child[slot++] = binary.is_leaf() ? kLeafBit | next_leaf++ : next_node++;
+            set_child(node, slot++, binary.is_leaf() ? leaf_child(next_leaf++) : next_node++);
         }
         clear_slots(node, slot);
     }

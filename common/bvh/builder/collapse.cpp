@@ -84,13 +84,13 @@ void Collapse::find_costs(std::uint32_t node) {
     std::memcpy(own.cost.data(), best.data(), sizeof own.cost);
 }
 
-WideChildren Collapse::children(std::uint32_t node, std::uint32_t levels_left) const {
+WideChildren Collapse::children(std::uint32_t node, std::uint32_t depth) const {
     WideChildren result;
     const std::uint32_t left = nodes_[node].children;
     const std::uint32_t left_slots = costs_[node].left_slots[kWidth - 1];
     add_optimal(left, left_slots == 0 ? 1 : left_slots, result);
     add_optimal(left + 1, left_slots == 0 ? kWidth - 1 : kWidth - left_slots, result);
-    const std::uint32_t height_limit = 4 * (levels_left - 1);
+    const std::uint32_t height_limit = 4 * (kMaxDepth - depth - 1);
     const auto fits = [&](std::uint32_t child) { return nodes_[child].height <= height_limit; };
     const std::span<const std::uint32_t> found = result.nodes();
     if (std::all_of(found.begin(), found.end(), fits)) return result;

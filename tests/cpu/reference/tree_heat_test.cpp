@@ -51,13 +51,12 @@ TEST(TreeHeat, StepsAreThoseThatNoTraversalCanSave) {
         const SlabRay slab = slab_ray(ray.org, ray.dir);
         std::uint32_t entered = 1;
         for (const Node& node : bvh.nodes) {
-            for (std::uint32_t k = 0; k < kWidth && node.child[k] != kEmptyChild; ++k) {
+            for_each_child(node, [&](std::uint32_t slot, std::uint32_t) {
+                const Box box = slot_box(node, slot);
                 float t;
-                const bool is_met =
-                    hits_box(slab, {node.lower_x[k], node.lower_y[k], node.lower_z[k]},
-                             {node.upper_x[k], node.upper_y[k], node.upper_z[k]}, t);
+                const bool is_met = hits_box(slab, box.lower, box.upper, t);
                 entered += is_met && t <= last ? 1 : 0;
-            }
+            });
         }
         EXPECT_LE(count_steps(bvh, ray, hit), entered);
         EXPECT_GE(count_steps(bvh, ray, hit), hit.prim_id == kNoPrim ? 1u : 2u);

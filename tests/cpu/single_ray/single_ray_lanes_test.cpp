@@ -221,15 +221,14 @@ struct Interval {
 /// The box is dilated by these parts of |org| and of the rays' extent.
 Interval exact_interval(const Node& node, std::uint32_t slot, const Ray& ray, double of_origin,
                         double of_extent) {
-    const float* const lower[3] = {node.lower_x, node.lower_y, node.lower_z};
-    const float* const upper[3] = {node.upper_x, node.upper_y, node.upper_z};
+    const Box box = slot_box(node, slot);
     Interval result;
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         const double org = ray.org[axis];
         const double dir = ray.dir[axis];
         const double dilation = of_origin * std::abs(org) + of_extent * extent_of_rays(ray.org);
-        const double from = lower[axis][slot] - dilation - org;
-        const double to = upper[axis][slot] + dilation - org;
+        const double from = box.lower[axis] - dilation - org;
+        const double to = box.upper[axis] + dilation - org;
         if (dir == 0) {
             if (from > 0 || to < 0) result.leave = -1;
             continue;
@@ -263,20 +262,19 @@ bool is_allowed(const Node& node, std::uint32_t slot, const Ray& ray, bool near,
 /// Boxes of any size and place in the first `used` slots, some flat or a point; the rest is empty.
 Node random_node(Random& random, std::uint32_t used) {
     Node node;
-    float* const lower[3] = {node.lower_x, node.lower_y, node.lower_z};
-    float* const upper[3] = {node.upper_x, node.upper_y, node.upper_z};
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-        const bool is_used = slot < used;
+    for (std::uint32_t slot = 0; slot < used; ++slot) {
         const double extent = kSceneExtent / static_cast<double>(1u << random.below(20));
         const vec3 a = snap_point(random.point(extent));
         const vec3 b = random.below(6) == 0 ? a : snap_point(random.point(extent));
-        for (int axis = 0; axis < 3; ++axis) {
-            lower[axis][slot] = is_used ? std::min(a[axis], b[axis]) : kEmptyPlane;
-            upper[axis][slot] = is_used ? std::max(a[axis], b[axis]) : -kEmptyPlane;
-        }
-        const std::uint32_t leaf = random.below(2) == 0 ? kLeafBit : 0;
-        node.child[slot] = is_used ? random.below(1000) | leaf : kEmptyChild;
+        Box box;
+        box.extend(a);
+        box.extend(b);
+        set_slot_box(node, slot, box);
+        const bool is_node = random.below(2) != 0;
+        const std::uint32_t index = random.below(1000);
+        set_child(node, slot, is_node ? index : leaf_child(index));
     }
+    clear_slots(node, used);
     return node;
 }
 
@@ -296,12 +294,11 @@ void turn_to_octant(std::vector<Ray>& rays, std::uint32_t octant) {
 void expect_bound_of_slabs(const Node& node, std::uint32_t slot, const Ray& ray,
                            const BoxAnswers& answers) {
     float t_least = 0;
-    const vec3 lower(node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]);
-    const vec3 upper(node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]);
+    const Box box = slot_box(node, slot);
     SlabRay slab = slab_ray(ray.org, ray.dir);
     for (int axis = 0; axis < 3; ++axis)
         if (ray.dir[axis] != 0) slab.rdir[axis] = 1 / ray.dir[axis];
-    if (!hits_box(slab, lower, upper, t_least) || t_least > last_depth(ray.tfar)) return;
+    if (!hits_box(slab, box.lower, box.upper, t_least) || t_least > last_depth(ray.tfar)) return;
     ASSERT_TRUE((answers.near_any >> slot & 1) != 0);
     ASSERT_LE(answers.least_of_all[slot], t_least);
 }
@@ -323,7 +320,7 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanRoundingExplains) 
         const std::uint64_t asked = round % 3 == 0 ? all : random.bits() & all;
         std::uint32_t leaves = 0;
         for (std::uint32_t slot = 0; slot < kWidth; ++slot)
-            leaves |= node.child[slot] >> 31 << slot;
+            leaves |= (is_leaf(child_of(node, slot)) ? 1u : 0u) << slot;
         for (const SimdTarget& target : supported_simd_targets()) {
             SCOPED_TRACE(target.name);
             ASSERT_EQ(SIMD_FUNCTION(leaf_slots_of, target)(node), leaves);

@@ -130,10 +130,8 @@ Bvh deepest_chain(std::uint32_t slot) {
     for (std::uint32_t level = 0; level < kMaxDepth; ++level) {
         Node& node = bvh.nodes[level];
         for (std::uint32_t i = 0; i < kWidth; ++i) {
-            node.lower_x[i] = node.lower_y[i] = -1;
-            node.upper_x[i] = node.upper_y[i] = 1;
-            node.lower_z[i] = node.upper_z[i] = 8;
-            node.child[i] = i == slot && level + 1 < kMaxDepth ? level + 1 : kLeafBit;
+            set_slot_box(node, i, {{-1, -1, 8}, {1, 1, 8}});
+            set_child(node, i, i == slot && level + 1 < kMaxDepth ? level + 1 : leaf_child(0));
         }
     }
     return bvh;

@@ -1,0 +1,99 @@
+// The traversal of rays and queries, one a lane: depth first, of a node's children the one with the least
+// key next. It can stop after any visit and go on later. A kernel defines the hooks that are declared
+// here, calls begin_traversal() and traverse(), and then report().
+#include "shaders/tree.glsl"
+
+// The state of a traversal, which saved_state.glsl keeps.
+
+/// What has been found; the hooks know what it means.
+uvec4 answer;
+/// The node or leaf to visit next, or kEmptyChild at the end; and the leaf's next triangle.
+uint current;
+uint triangle;
+/// Boxes to visit later, as (child, key).
+uint stack_size;
+uvec2 stack[kMaxStack];
+
+/// The key of `current` while the children of a node are considered.
+uint current_key;
+uint status;
+
+// Hooks, of which the first two return the steps that they take: at least one for each iteration.
+
+/// Calls consider() for the children of a node that are to be visited.
+uint meet_children(uint node);
+/// Tests triangles of a leaf from `triangle` on, and sets that to the next one, `count` at the end.
+uint test_triangles(uint leaf, uint count);
+/// Whether a box of this key need no longer be visited.
+bool is_over(uint key);
+
+void begin_traversal() {
+    current = 0u;
+    triangle = 0u;
+    stack_size = 0u;
+    status = 0u;
+}
+
+bool finished() { return current == kEmptyChild; }
+
+/// Makes a child the next to visit if it is the nearest so far, and pushes the other one.
+void consider(uint child, uint key) {
+    bool is_nearer = key < current_key;
+    if (current != kEmptyChild) {
+        stack[stack_size] = is_nearer ? uvec2(current, current_key) : uvec2(child, key);
+        stack_size += 1u;
+    }
+    if (!is_nearer) return;
+    current = child;
+    current_key = key;
+}
+
+/// Pops entries up to one that is not over. Returns the number of iterations.
+uint pop() {
+    uint steps = 0u;
+    current = kEmptyChild;
+    do {
+        bool is_any = stack_size > 0u;
+        stack_size -= is_any ? 1u : 0u;
+        uvec2 entry = stack[stack_size];
+        current = is_any && !is_over(entry.y) ? entry.x : kEmptyChild;
+        ++steps;
+    } while (current == kEmptyChild && stack_size > 0u);
+    return steps;
+}
+
+uint visit_node() {
+    if (stack_size + kWidth - 1u > kMaxStack) {
+        status |= kStatusStackOverflow;
+        current = kEmptyChild;
+        stack_size = 0u;
+        return 1u;
+    }
+    uint node = current;
+    current = kEmptyChild;
+    current_key = 0xFFFFFFFFu;
+    uint steps = meet_children(node);
+    return current == kEmptyChild ? steps + pop() : steps;
+}
+
+uint visit_leaf() {
+    uint leaf = leaf_of(current);
+    uint count = leaf_triangle_count(leaf);
+    uint steps = test_triangles(leaf, count);
+    if (triangle < count) return steps;
+    triangle = 0u;
+    return steps + pop();
+}
+
+/// Continues until finished() or the steps are used up.
+void traverse() {
+    uint steps = 0u;
+    do {
+        while (!is_leaf(current) && steps < kSteps) steps += visit_node();
+        if (is_leaf(current) && current != kEmptyChild) steps += visit_leaf();
+    } while (current != kEmptyChild && steps < kSteps);
+}
+
+void report() {
+    if (status != 0u) atomicOr(work.header.status, status);
+}
