@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include <glm/vec3.hpp>
@@ -40,9 +41,9 @@ struct NumberedTriangle {
 NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot);
 
 /// The closest triangle of a tree, the lowest prim_id of equally close ones; kNoPrim without any.
-/// If `sees` is not empty, only triangles with sees(number, prim_id) exist.
-NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p, const SeesTriangle& sees = {},
-                               std::size_t number = 0);
+/// If `sees` is not empty, only triangles with sees(prim_id) exist.
+NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p,
+                               const std::function<bool(std::uint32_t prim_id)>& sees = {});
 
 /// The closest one of some triangles, of which there is one at least, as above.
 NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles);

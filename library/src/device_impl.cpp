@@ -55,7 +55,7 @@ std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
         shared_ = mray::gpu::open_device({.device = vulkan_.device, .validate = vulkan_.validate});
     const std::shared_ptr<mray::gpu::SharedDevice> shared = shared_;
     lock.unlock();
-    return mray::gpu::make_backend_on(shared);
+    return mray::cpu::with_host_answers(mray::gpu::make_backend_on(shared), simd_target_);
 #else
     throw_no_vulkan();
 #endif

@@ -93,9 +93,23 @@ void RaySpace::to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene)
     const float given[3] = {world.x, world.y, world.z};
     for (int axis = 0; axis < 3; ++axis) {
         exact[axis] = space_.length_to_scene(double{given[axis]} - space_.centre(axis));
-        const auto rounded = static_cast<float>(std::clamp(exact[axis], -kMostPoint, kMostPoint));
+        const auto rounded =
+            static_cast<float>(std::clamp(exact[axis], -mray::kMostPoint, mray::kMostPoint));
         scene[axis] = std::abs(exact[axis]) < 0x1p-60 ? 0.0f : mray::snap_coordinate(rounded);
         if (std::abs(rounded) < mray::kCoordinateOnGrid) exact[axis] = double{scene[axis]};
+    }
+}
+
+SceneBatch::SceneBatch(const RaySpace& space, std::span<const Ray> world) {
+    constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
+    rays.reserve(world.size());
+    t_exponents.reserve(world.size());
+    for (std::size_t first = 0; first < world.size(); first += kRun) {
+        const std::size_t count = std::min(kRun, world.size() - first);
+        mray::cpu::SceneRays run;
+        space.to_scene(world.subspan(first, count), run);
+        rays.insert(rays.end(), run.rays, run.rays + count);
+        for (std::size_t i = 0; i < count; ++i) t_exponents.push_back(run.t_exponents[2 * i + 1]);
     }
 }
 
