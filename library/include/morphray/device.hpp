@@ -117,9 +117,8 @@ MORPHRAY_API DeviceCheck keep_lost_device(const std::string& device, const std::
 
 /// What digest() returns for every device: the number of this version, as README.md has it.
 MORPHRAY_API extern const std::uint64_t kDigest;
-/// Returns XXH3 (64 bits) of a device's answers about a small scene that deforms: closest, any and
-/// all hits, windings, insides, closest points, signed distances, and the hits and pixels of images
-/// by Shading::plain. The scene is the same on every machine, so devices with one number agree in
+/// Returns XXH3 (64 bits) of a device's answers about a small scene that deforms: to all queries of
+/// rays and points, and the hits and pixels of images by Shading::plain. The scene is the same on every machine, so devices with one number agree in
 /// every bit of these answers. Takes about a second, on a Vulkan device some seconds more to
 /// compile kernels, and by brute force a minute. Threads may call it at the same time. Throws
 /// device_lost and limit.
