@@ -147,9 +147,9 @@ public:
     virtual bool trace_stored(const StoredRayTile&, Hit*) { return false; }
     /// Answers queries about all triangles, on the CPU in the calling thread.
     virtual void query(const QueryBatch& batch) = 0;
-    /// Makes ready for queries of a kind, with a filter or without, so that no thread waits in
-    /// query() for another one on the host. Returns BackendInfo::call_size for them.
-    virtual std::size_t prepare(QueryKind, bool /*is_filtered*/) { return info_.call_size; }
+    /// Makes ready for queries, is_for_host() or not, so that no thread waits for another one
+    /// in query() on the host. Returns BackendInfo::call_size for them.
+    virtual std::size_t prepare(bool /*for_host*/) { return info_.call_size; }
 
     /// Finishes a deferred refit, and returns the times of updates and images.
     virtual const BackendTimes& finish() = 0;

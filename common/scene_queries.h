@@ -77,13 +77,6 @@ struct TriangleFilter {
     std::function<bool(std::size_t asked, std::size_t subtree)> hides = {};
 };
 
-/// What decides who answers a query.
-enum class QueryKind {
-    kRays,
-    kPoints,
-    kExactPoints,  // points whose answers take more than floats
-};
-
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite, those
 // about closest triangles within kOriginExtent. A filter, unless null, selects triangles; tracers
 // may skip what it hides. A watch ends a query soon, within a few rays and points, or some
@@ -91,7 +84,6 @@ enum class QueryKind {
 
 /// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {
-    static constexpr QueryKind kKind = QueryKind::kRays;
     std::span<const Ray> rays;
     Crossing crossing;
     std::span<std::uint64_t> counts;
@@ -101,7 +93,6 @@ struct CountQuery {
 
 /// Appends to `lists` the first `most` hits of each ray.
 struct ListQuery {
-    static constexpr QueryKind kKind = QueryKind::kRays;
     std::span<const Ray> rays;
     Crossing crossing;
     std::uint32_t most;
@@ -112,7 +103,6 @@ struct ListQuery {
 
 /// Finds the first hit of each ray after its cursor.
 struct NextQuery {
-    static constexpr QueryKind kKind = QueryKind::kRays;
     std::span<const Ray> rays;
     std::span<const HitCursor> after;
     Crossing crossing;
@@ -123,7 +113,6 @@ struct NextQuery {
 
 /// Finds the crossings that floats can decide; `uncertain` gets the others, in any order.
 struct WindingQuery {
-    static constexpr QueryKind kKind = QueryKind::kPoints;
     std::span<const vec3> points;
     std::span<FloatWinding> windings;
     std::vector<UncertainCrossing>& uncertain;
@@ -133,7 +122,6 @@ struct WindingQuery {
 
 /// Finds the closest triangles by the rule, whose squared distance is at most `most_d2`.
 struct ClosestQuery {
-    static constexpr QueryKind kKind = QueryKind::kPoints;
     std::span<const vec3> points;
     float most_d2;
     std::span<ClosestTriangle> closest;
@@ -152,7 +140,6 @@ inline bool is_within(const dvec3& p) {
 /// of equally close ones; kNoPrim if there is none. Those whose squared distance by the rule is
 /// above `most_d2` need not be found. `points` are rounded, or on the same sides beyond kMostPoint.
 struct ExactClosestQuery {
-    static constexpr QueryKind kKind = QueryKind::kExactPoints;
     std::span<const vec3> points;
     std::span<const dvec3> exact;
     float most_d2;
@@ -160,6 +147,13 @@ struct ExactClosestQuery {
     Watch watch = {};
     const TriangleFilter* filter = nullptr;
 };
+
+/// Whether the host answers a query for a device: exact points, and points that do not see all.
+template <class Query>
+constexpr bool is_for_host(bool is_filtered) {
+    return requires(Query query) { query.exact; }
+    || (is_filtered && requires(Query query) { query.points; });
+}
 
 using QueryBatch =
     std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery, ExactClosestQuery>;

@@ -1,11 +1,8 @@
 // The host's part in the answers of a device.
-#include <tbb/task_arena.h>
-
 #include <atomic>
 #include <limits>
 #include <mutex>
 #include <numeric>
-#include <type_traits>
 
 #include "common/interop/tie_break_rule.h"
 #include "cpu/cpu_backend.h"
@@ -24,52 +21,39 @@ public:
     void require_own_process() const override { device_->require_own_process(); }
 
     void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
-        change([&] { device_->set_scene(topology, pose, std::move(bvh)); });
+        change()->set_scene(topology, pose, std::move(bvh));
     }
-    void set_tree(const Bvh& bvh) override {
-        change([&] { device_->set_tree(bvh); });
-    }
-    std::uint64_t refit(RefitExtent extent) override {
-        return change([&] { return device_->refit(extent); });
-    }
-    std::span<const Node> nodes() override {
-        return alone([&] { return device_->nodes(); });
-    }
+    void set_tree(const Bvh& bvh) override { change()->set_tree(bvh); }
+    std::uint64_t refit(RefitExtent extent) override { return change()->refit(extent); }
+    void edit_tree(const TreeEdit& edit) override { change()->edit_tree(edit); }
+    std::span<const Node> nodes() override { return call()->nodes(); }
+    void read_tree(Bvh& bvh) override { call()->read_tree(bvh); }
     const Bvh& host_tree() override {
         if (const Bvh* const tree = tree_.load(std::memory_order_acquire)) return *tree;
-        return *alone([&] { return tree_ = &device_->host_tree(); });
-    }
-    void read_tree(Bvh& bvh) override {
-        alone([&] { device_->read_tree(bvh); });
-    }
-    void edit_tree(const TreeEdit& edit) override {
-        change([&] { device_->edit_tree(edit); });
+        const Call device = call();
+        return *(tree_ = &device->host_tree());
     }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
-        alone([&] {
-            device_->watch_images(image_watch());
-            device_->trace_image(params, frame);
-            times_ = device_->finish();
-        });
+        const Call device = call();
+        device->watch_images(image_watch());
+        device->trace_image(params, frame);
+        times_ = device->finish();
     }
     void trace_views(const ViewBatch& views) override {
-        alone([&] {
-            device_->watch_images(image_watch());
-            device_->trace_views(views);
-            times_ = device_->finish();
-        });
+        const Call device = call();
+        device->watch_images(image_watch());
+        device->trace_views(views);
+        times_ = device->finish();
     }
-    double trace(const RayBatch& batch) override {
-        return alone([&] { return device_->trace(batch); });
-    }
+    double trace(const RayBatch& batch) override { return call()->trace(batch); }
     const BackendTimes& finish() override {
-        alone([&] { times_.update = device_->finish().update; });
+        times_.update = call()->finish().update;
         return times_;
     }
 
-    std::size_t prepare(QueryKind kind, bool is_filtered) override {
-        if (!is_for_host(kind, is_filtered)) return device_->prepare(kind, is_filtered);
+    std::size_t prepare(bool for_host) override {
+        if (!for_host) return info().call_size;
         host_tree();
         return 1;
     }
@@ -78,33 +62,33 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
+    /// Keeps other calls out while it exists.
+    class Call {
+    public:
+        Call(std::mutex& mutex, Backend& device) : lock_(mutex), device_(device) {}
+        Backend* operator->() const { return &device_; }
 
-    static bool is_for_host(QueryKind kind, bool is_filtered) {
-        return kind == QueryKind::kExactPoints || (kind == QueryKind::kPoints && is_filtered);
-    }
-
-    /// Isolated, since a thread that waits in one call must not begin another one.
-    template <class Work>
-    std::invoke_result_t<Work> alone(Work work) {
-        const std::scoped_lock lock(mutex_);
-        return tbb::this_task_arena::isolate(work);
-    }
-    /// Work that may change the tree.
-    template <class Work>
-    std::invoke_result_t<Work> change(Work work) {
+    private:
+        std::scoped_lock<std::mutex> lock_;
+        Backend& device_;
+    };
+    Call call() { return {mutex_, *device_}; }
+    /// A call that may change the tree.
+    Call change() {
         tree_ = nullptr;
-        return alone(work);
+        return call();
     }
 
     template <class Query>
     void answer(const Query& query) {
         const bool is_filtered = query.filter != nullptr;
-        if (is_for_host(Query::kKind, is_filtered)) return TreeQueries(host_tree(), target_)(query);
-        if constexpr (Query::kKind == QueryKind::kRays) {
-            if (is_filtered) return answer_filtered(query);
+        if (is_for_host<Query>(is_filtered)) {
+            TreeQueries(host_tree(), target_)(query);
+        } else if (!is_filtered) {
+            call()->query(query);
+        } else if constexpr (!is_for_host<Query>(true)) {
+            answer_filtered(query);
         }
-        alone([&] { device_->query(query); });
     }
 
     void answer_filtered(const CountQuery& query) {
@@ -114,6 +98,7 @@ private:
     }
 
     void answer_filtered(const ListQuery& query) {
+        constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
         HitLists all;
         answer(ListQuery{query.rays, query.crossing, kAllHits, all, query.watch});
         HitLists& lists = query.lists;

@@ -8,8 +8,8 @@
 
 namespace mray::gpu {
 
-/// Answers queries without a filter, of all kinds but QueryKind::kExactPoints: one call at a time,
-/// with the tree at its pose and ray buffers in use.
+/// Answers queries without a filter that are not is_for_host(): one call at a time, with the tree
+/// at its pose and ray buffers in use.
 void answer(const QueryBatch& batch, Transfer& transfer, Kernels& kernels, RayPasses& passes,
             const SceneBuffers& scene);
 

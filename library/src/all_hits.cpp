@@ -5,7 +5,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/scene/exact_crossing.h"
-#include "library/src/query_plan.h"
+#include "library/src/query_parts.h"
 
 namespace morphray {
 namespace {
@@ -23,30 +23,28 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
     return touches && count > 1 && crossing == Crossing::once;
 }
 
-/// All hits of each ray with triangles that it sees. rays[i] has number(i) in the filter.
-template <class Number>
-std::vector<std::vector<mray::Hit>> list_hits(SceneImpl& scene, std::span<const mray::Ray> rays,
-                                              Crossing crossing, const QueryFilter& filter,
-                                              Number number) {
+/// All hits of each ray with triangles that it sees.
+std::vector<std::vector<mray::Hit>> list_hits(const RayPart& part, Crossing crossing) {
     constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
-    std::vector<std::vector<mray::Hit>> all(rays.size());
-    if (rays.empty()) return all;
+    std::vector<std::vector<mray::Hit>> all(part.size());
+    if (all.empty()) return all;
     mray::HitLists lists;
-    filter.ask(mray::ListQuery{rays, crossing_of(crossing), kAllHits, lists}, number);
+    part.ask(mray::ListQuery{part.rays, crossing_of(crossing), kAllHits, lists});
+    const MeshList& meshes = part.scene.meshes();
     auto next = lists.hits.cbegin();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        filter.watch().throw_if_cancelled();
-        std::vector<mray::Hit>& hits = all[i];
-        hits.assign(next, next + lists.listed[i]);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+        part.watch().throw_if_cancelled();
+        all[i].assign(next, next + lists.listed[i]);
         next += lists.listed[i];
-        if (take_border_flag(lists.total[i], crossing))
-            mray::keep_one_of_each_crossing(scene.meshes().topology(), scene.pose().positions(),
-                                            scene.meshes().first_prims(), rays[i], hits);
+        if (take_border_flag(lists.total[i], crossing)) {
+            mray::keep_one_of_each_crossing(meshes.topology(), part.scene.pose().positions(),
+                                            meshes.first_prims(), part.rays[i], all[i]);
+        }
     }
     return all;
 }
 
-/// All hits of some rays of a batch, by their places in it.
+/// All hits of some rays of a part, by their places in it.
 struct WholeLists {
     std::vector<std::size_t> places;
     std::vector<std::vector<mray::Hit>> hits;
@@ -54,38 +52,25 @@ struct WholeLists {
 
 /// Lists all hits of rays for which the tracer's numbers of hits may be too large: by
 /// Crossing::once those that touch borders. Corrects the numbers.
-template <class Number>
-WholeLists list_uncertain(SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
-                          const QueryFilter& filter, Number number,
-                          std::span<std::uint64_t> totals) {
+WholeLists list_uncertain(const RayPart& part, Crossing crossing, std::span<std::uint64_t> totals) {
     WholeLists whole;
-    std::vector<mray::Ray> whole_rays;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (!take_border_flag(totals[i], crossing)) continue;
-        whole.places.push_back(i);
-        whole_rays.push_back(rays[i]);
-    }
-    whole.hits = list_hits(scene, whole_rays, crossing, filter,
-                           [&](std::size_t k) { return number(whole.places[k]); });
+    for (std::size_t i = 0; i < totals.size(); ++i)
+        if (take_border_flag(totals[i], crossing)) whole.places.push_back(i);
+    whole.hits = list_hits(RayPart(part, whole.places), crossing);
     for (std::size_t k = 0; k < whole.hits.size(); ++k)
         totals[whole.places[k]] = whole.hits[k].size();
     return whole;
 }
 
-/// Lists the first hits of rays, which are those of the filter from `first` on.
-mray::HitLists list_first_hits(SceneImpl& scene, std::span<const mray::Ray> rays,
-                               const AllHitsOptions& options, const QueryFilter& filter,
-                               std::size_t first) {
+/// Lists the first hits of rays.
+mray::HitLists list_first_hits(const RayPart& part, const AllHitsOptions& options) {
     mray::HitLists lists;
-    const auto number = [&](std::size_t i) { return first + i; };
-    filter.ask(mray::ListQuery{rays, crossing_of(options.crossing), options.max_hits, lists},
-               number);
-    const WholeLists whole =
-        list_uncertain(scene, rays, options.crossing, filter, number, lists.total);
+    part.ask(mray::ListQuery{part.rays, crossing_of(options.crossing), options.max_hits, lists});
+    const WholeLists whole = list_uncertain(part, options.crossing, lists.total);
     if (whole.places.empty()) return lists;
     std::vector<mray::Hit> hits;
     auto next = lists.hits.cbegin();
-    for (std::size_t i = 0, k = 0; i < rays.size(); ++i) {
+    for (std::size_t i = 0, k = 0; i < part.size(); ++i) {
         std::span<const mray::Hit> found(next, next + lists.listed[i]);
         next += lists.listed[i];
         if (k < whole.places.size() && whole.places[k] == i) {
@@ -99,15 +84,13 @@ mray::HitLists list_first_hits(SceneImpl& scene, std::span<const mray::Ray> rays
     return lists;
 }
 
-mray::Hit find_next(SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
-                    Crossing crossing, const QueryFilter& filter) {
-    const auto number = [](std::size_t) { return std::size_t{0}; };
+/// The next hit of the only ray of a part.
+mray::Hit find_next(const RayPart& part, const mray::HitCursor& after, Crossing crossing) {
     mray::Hit found;
-    filter.ask(mray::NextQuery{{&ray, 1}, {&after, 1}, crossing_of(crossing), {&found, 1}}, number);
+    part.ask(mray::NextQuery{part.rays, {&after, 1}, crossing_of(crossing), {&found, 1}});
     if (found.prim_id == mray::kNoPrim) return found;
     if (crossing != Crossing::once || !mray::may_touch_border(found.u, found.v)) return found;
-    const auto lists = list_hits(scene, {&ray, 1}, crossing, filter, number);
-    for (const mray::Hit& hit : lists[0])
+    for (const mray::Hit& hit : list_hits(part, crossing).front())
         if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
     return mray::no_hit();
 }
@@ -129,26 +112,6 @@ float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, in
                                                  ray.tfar, positions[corners.x],
                                                  positions[corners.y], positions[corners.z], hit);
     return is_hit && scene.space().to_world_t(world, hit.t, t_exponent) == world_t ? hit.t : t;
-}
-
-/// Counts the hits of a part of the rays of a call, which begins with number `first`.
-void count_part(SceneImpl& scene, QueryFilter& filter, Crossing crossing, std::size_t first,
-                std::span<const Ray> part, std::span<const std::uint32_t> order,
-                std::span<std::uint64_t> counts) {
-    const auto count_some = [&](std::size_t begin, std::size_t size) {
-        const auto place = [&](std::size_t i) {
-            return first + (order.empty() ? begin + i : order[begin + i]);
-        };
-        std::vector<Ray> gathered(order.empty() ? 0 : size);
-        for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = part[place(i) - first];
-        const SceneBatch batch(scene.space(),
-                               order.empty() ? part.subspan(begin, size) : std::span(gathered));
-        std::vector<std::uint64_t> found(size);
-        filter.ask(mray::CountQuery{batch.rays, crossing_of(crossing), found}, place);
-        list_uncertain(scene, batch.rays, crossing, filter, place, found);
-        for (std::size_t i = 0; i < size; ++i) counts[place(i)] = found[i];
-    };
-    for_query_parts<mray::CountQuery>(scene, part.size(), filter, count_some);
 }
 
 /// The hits of some rays of a call, from number `first` on.
@@ -185,8 +148,17 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
     with_scene(impl_, [&](SceneImpl& scene) {
         require_room(rays.size(), "rays", counts.size());
         QueryFilter filter(scene, rays.size(), "rays", options);
-        const auto count_batch = [&](std::size_t first, auto part, auto order) {
-            count_part(scene, filter, crossing, first, part, order, counts);
+        const auto count_part = [&](const RayPart& part) {
+            std::vector<std::uint64_t> found(part.size());
+            part.ask(mray::CountQuery{part.rays, crossing_of(crossing), found});
+            list_uncertain(part, crossing, found);
+            for (std::size_t i = 0; i < part.size(); ++i) counts[part.numbers[i]] = found[i];
+        };
+        const auto count_batch = [&](std::size_t first, auto batch, auto order) {
+            const auto number = [&](std::size_t i) {
+                return first + (order.empty() ? i : order[i]);
+            };
+            for_ray_parts<mray::CountQuery>(scene, rays, batch.size(), filter, number, count_part);
         };
         constexpr std::uint32_t kMostTiled = std::numeric_limits<std::uint32_t>::max();
         if (options.coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
@@ -205,21 +177,22 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& al
         QueryFilter filter(scene, rays.size(), "rays", options);
         std::mutex mutex;
         std::vector<BatchHits> found;
-        const auto list = [&](std::size_t begin, std::size_t size) {
-            const SceneBatch batch(scene.space(), rays.subspan(begin, size));
-            mray::HitLists lists = list_first_hits(scene, batch.rays, all_options, filter, begin);
-            BatchHits own{begin, std::move(lists.listed), std::move(lists.total), {}};
+        const auto list = [&](const RayPart& part) {
+            mray::HitLists lists = list_first_hits(part, all_options);
+            BatchHits own{
+                part.numbers.front(), std::move(lists.listed), std::move(lists.total), {}};
             own.hits.reserve(lists.hits.size());
             auto hit = lists.hits.begin();
-            for (std::size_t i = 0; i < size; ++i) {
+            for (std::size_t i = 0; i < part.size(); ++i) {
                 for (std::uint32_t k = 0; k < own.listed[i]; ++k)
-                    own.hits.push_back(to_world(scene.meshes(), scene.space(), rays[begin + i],
-                                                *hit++, batch.t_exponents[i]));
+                    own.hits.push_back(to_world(scene.meshes(), scene.space(),
+                                                rays[part.numbers[i]], *hit++,
+                                                part.t_exponents[i]));
             }
             const std::scoped_lock lock(mutex);
             found.push_back(std::move(own));
         };
-        for_query_parts<mray::ListQuery>(scene, rays.size(), filter, list);
+        for_ray_parts<mray::ListQuery>(scene, rays, rays.size(), filter, std::identity(), list);
         return joined(std::move(found), rays.size());
     });
 }
@@ -231,23 +204,21 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
         QueryFilter filter(scene, 1, "rays", options);
         Hit hit;
         if (!after) return hit;
-        const auto find = [&](std::size_t, std::size_t) {
-            mray::Ray asked;
-            const std::optional<int> t_exponent = scene.space().to_scene(ray, asked);
-            if (!t_exponent) return;
+        const auto find = [&](const RayPart& part) {
             mray::HitCursor cursor;
             const std::uint32_t passed = scene.meshes().count_up_to(after.geom_id, after.prim_id);
-            cursor.t = scene_t(scene, ray, asked, *t_exponent, after.t, passed);
+            const int t_exponent = part.t_exponents.front();
+            cursor.t = scene_t(scene, ray, part.rays.front(), t_exponent, after.t, passed);
             if (passed != 0) {
                 cursor.prim_id = passed - 1;
             } else {  // All hits at this t come after it.
                 cursor.t = std::nextafter(cursor.t, -std::numeric_limits<float>::infinity());
                 cursor.prim_id = mray::kNoPrim;
             }
-            hit = to_world(scene.meshes(), scene.space(), ray,
-                           find_next(scene, asked, cursor, crossing, filter), *t_exponent);
+            hit = to_world(scene.meshes(), scene.space(), ray, find_next(part, cursor, crossing),
+                           t_exponent);
         };
-        for_query_parts<mray::NextQuery>(scene, 1, filter, find);
+        for_ray_parts<mray::NextQuery>(scene, {&ray, 1}, 1, filter, std::identity(), find);
         return hit;
     });
 }

@@ -1,6 +1,6 @@
 // What rays hit: closest hits and any hits. Rays become a RayBatch in scene space, or a tile of an
 // image; hits are brought back to world space.
-#include "library/src/query_plan.h"
+#include "library/src/query_parts.h"
 
 namespace morphray {
 namespace {
@@ -248,19 +248,17 @@ void pass_unseen(SceneImpl& scene, QueryFilter& filter, std::span<const Ray> ray
     for (std::size_t i = 0; i < rays.size(); ++i)
         if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
     if (places.empty()) return;
-    const auto pass = [&](std::size_t begin, std::size_t count) {
-        const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
-        std::vector<Ray> passing(count);
-        for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
-        const SceneBatch batch(scene.space(), passing);
-        std::vector<mray::Hit> found(count);
-        const std::vector<mray::HitCursor> start(count);
-        filter.ask(mray::NextQuery{batch.rays, start, mray::Crossing::kEach, found},
-                   [&](std::size_t i) { return part[i]; });
-        for (std::size_t i = 0; i < count; ++i)
-            set_answer(scene, passing[i], found[i], batch.t_exponents[i], hits[part[i]]);
+    const auto pass = [&](const RayPart& part) {
+        std::vector<mray::Hit> found(part.size());
+        const std::vector<mray::HitCursor> start(part.size());
+        part.ask(mray::NextQuery{part.rays, start, mray::Crossing::kEach, found});
+        for (std::size_t i = 0; i < part.size(); ++i) {
+            const std::size_t at = part.numbers[i];
+            set_answer(scene, rays[at], found[i], part.t_exponents[i], hits[at]);
+        }
     };
-    for_query_parts<mray::NextQuery>(scene, places.size(), filter, pass);
+    for_ray_parts<mray::NextQuery>(
+        scene, rays, places.size(), filter, [&](std::size_t i) { return places[i]; }, pass);
 }
 
 void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,

@@ -82,15 +82,16 @@ void place_on(const SceneImpl& scene, const mray::NumberedTriangle& triangle, co
 /// Finds the exactly closest triangles of points, and the places on them; none of a point that is
 /// not finite.
 std::vector<PlacedTriangle> find_places(const PointPart& part, float most_d2) {
+    // Together, since the loop below would wait for each.
     std::vector<mray::dvec3> exact(part.size());
     for (std::size_t i = 0; i < part.size(); ++i) exact[i] = part.exact(i);
     std::vector<mray::NumberedTriangle> closest(part.size());
-    part.ask(mray::ExactClosestQuery{part.points(), exact, most_d2, closest});
+    part.ask(mray::ExactClosestQuery{part.points, exact, most_d2, closest});
     std::vector<PlacedTriangle> placed(part.size());
     for (std::size_t i = 0; i < part.size(); ++i) {
         part.watch().throw_if_cancelled();
         if (closest[i].prim_id != mray::kNoPrim && part.is_finite(i))
-            place_on(part.scene(), closest[i], exact[i], part.world(i), placed[i]);
+            place_on(part.scene, closest[i], exact[i], part.world(i), placed[i]);
     }
     return placed;
 }
@@ -98,27 +99,28 @@ std::vector<PlacedTriangle> find_places(const PointPart& part, float most_d2) {
 /// Finds the distances of the closest triangles; infinite if there is none. Near a surface and far
 /// away they are those of exact places, else those of the rule, which is faster.
 std::vector<float> find_distances(const PointPart& part, float most_d2) {
-    const mray::SceneSpace& space = part.scene().pose().space();
+    const mray::SceneSpace& space = part.scene.pose().space();
     std::vector<mray::ClosestTriangle> found(part.size());
-    part.ask(mray::ClosestQuery{part.points(), most_d2, found});
+    part.ask(mray::ClosestQuery{part.points, most_d2, found});
     std::vector<float> distances(part.size());
-    std::vector<std::size_t> near;
+    std::vector<std::size_t> near, near_numbers;
     float most_near_d2 = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
         const mray::dvec3& p = part.exact(i);
         const bool is_none = found[i].prim_id == mray::kNoPrim;
         const double distance = is_none ? kInfinity : std::sqrt(double{found[i].d2});
-        if (!mray::is_within(p)) {
-            near.push_back(i);
-        } else if (distance <= kNearPart * (mray::kSceneExtent + largest_of(p))) {
-            near.push_back(i);
-            most_near_d2 = std::max(most_near_d2, found[i].d2);
-        } else {
+        const bool is_near = distance <= kNearPart * (mray::kSceneExtent + largest_of(p));
+        if (mray::is_within(p) && !is_near) {
             distances[i] = is_none ? kInfinity : in_floats(space.length_to_world(distance));
+            continue;
         }
+        near.push_back(i);
+        near_numbers.push_back(part.numbers[i]);
+        if (mray::is_within(p)) most_near_d2 = std::max(most_near_d2, found[i].d2);
     }
     if (near.empty()) return distances;
-    const std::vector<PlacedTriangle> placed = find_places(part.only(near), most_near_d2);
+    const PointPart near_part(part.block, std::move(near_numbers));
+    const std::vector<PlacedTriangle> placed = find_places(near_part, most_near_d2);
     for (std::size_t i = 0; i < near.size(); ++i) distances[near[i]] = placed[i].distance;
     return distances;
 }
@@ -152,13 +154,12 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
             for (std::size_t i = 0; i < part.size(); ++i) {
                 const bool is_there =
                     found[i].prim_id != mray::kNoPrim && found[i].distance <= max_distance;
-                closest[part.number(i)] =
+                closest[part.numbers[i]] =
                     is_there ? to_world(scene, found[i], scale) : ClosestPoint{};
             }
         };
-        for_point_blocks(scene, points, closest.size(), options, [&](PointBlock& block) {
-            block.sort(PointOrder::places);
-            block.for_parts<mray::ExactClosestQuery>(find);
+        for_point_blocks(scene, points, closest.size(), options, [&](const PointBlock& block) {
+            block.for_parts<mray::ExactClosestQuery>(PointOrder::places, find);
         });
     });
 }
@@ -171,16 +172,15 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
             const std::vector<float> found = find_distances(part, most);
             for (std::size_t i = 0; i < part.size(); ++i) {
                 const float distance = found[i] <= max_distance ? found[i] : kInfinity;
-                distances[part.number(i)] = part.is_finite(i) ? distance : std::nanf("");
+                distances[part.numbers[i]] = part.is_finite(i) ? distance : std::nanf("");
             }
         };
         const auto turn_inside = [&](std::size_t number, const PointWinding& winding) {
             if (!winding.is_inside(rule)) return;
             distances[number] = winding.is_on_surface ? 0 : -distances[number];
         };
-        for_point_blocks(scene, points, distances.size(), options, [&](PointBlock& block) {
-            block.sort(PointOrder::places);
-            block.for_parts<mray::ClosestQuery>(find);
+        for_point_blocks(scene, points, distances.size(), options, [&](const PointBlock& block) {
+            block.for_parts<mray::ClosestQuery>(PointOrder::places, find);
             find_windings(block, turn_inside);
         });
     });

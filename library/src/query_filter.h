@@ -38,9 +38,10 @@ public:
         return hit.primitive() != left_out;
     }
 
-    /// As Backend::prepare(), for one call of the scene.
-    std::size_t prepare(mray::QueryKind kind) {
-        const std::size_t size = scene_.tracer().prepare(kind, !sees_all());
+    /// Backend::prepare() for queries of this type.
+    template <class Query>
+    std::size_t prepare() {
+        const std::size_t size = scene_.tracer().prepare(mray::is_for_host<Query>(!sees_all()));
         // Elsewhere than on the host they would need the tree read back.
         if (size == 1 && hides_meshes_) meshes_ = scene_.meshes_of_subtrees();
         return size;

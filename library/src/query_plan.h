@@ -67,7 +67,7 @@ template <class Query, class Work>
 void for_query_parts(SceneImpl& scene, std::size_t total, QueryFilter& filter, Work work) {
     // Enough for streams of each octant of directions.
     constexpr std::size_t kBatch = 2048;
-    const std::size_t call_size = filter.prepare(Query::kKind);
+    const std::size_t call_size = filter.prepare<Query>();
     const bool is_alone = filter.options().threads == Threads::calling || call_size > kBatch;
     mray::ThreadArena* const arena = is_alone ? nullptr : &scene.arena();
     scene.cost.measure(total,

@@ -100,17 +100,4 @@ void RaySpace::to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene)
     }
 }
 
-SceneBatch::SceneBatch(const RaySpace& space, std::span<const Ray> world) {
-    constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
-    rays.reserve(world.size());
-    t_exponents.reserve(world.size());
-    for (std::size_t first = 0; first < world.size(); first += kRun) {
-        const std::size_t count = std::min(kRun, world.size() - first);
-        mray::cpu::SceneRays run;
-        space.to_scene(world.subspan(first, count), run);
-        rays.insert(rays.end(), run.rays, run.rays + count);
-        for (std::size_t i = 0; i < count; ++i) t_exponents.push_back(run.t_exponents[2 * i + 1]);
-    }
-}
-
 }  // namespace morphray::detail

@@ -73,14 +73,6 @@ private:
     float scale_;
 };
 
-/// Rays in scene space, and what their t is multiplied by.
-struct SceneBatch {
-    std::vector<mray::Ray> rays;
-    std::vector<int> t_exponents;
-
-    SceneBatch(const RaySpace& space, std::span<const Ray> world);
-};
-
 /// The hit of a ray in the caller's units and numbers.
 inline Hit to_world(const MeshList& meshes, const RaySpace& space, const Ray& ray,
                     const mray::Hit& hit, int t_exponent) {

@@ -2,7 +2,7 @@
 // uncertain exactly, in world space.
 #pragma once
 
-#include "library/src/point_block.h"
+#include "library/src/query_parts.h"
 
 namespace morphray::detail {
 
@@ -18,9 +18,9 @@ struct PointWinding {
     }
 };
 
-/// Sorts the block, and calls visit(number, winding) for all points in many threads; those that are
-/// not finite have no crossing.
-void find_windings(PointBlock& block,
+/// Calls visit(number, winding) for all points in many threads; those that are not finite have no
+/// crossing.
+void find_windings(const PointBlock& block,
                    const std::function<void(std::size_t number, const PointWinding&)>& visit);
 
 }  // namespace morphray::detail
