@@ -16,6 +16,14 @@ namespace mray {
 using glm::dvec3;
 using Corners = std::array<vec3, 3>;
 
+/// The most by which the distance of the rule of closest points exceeds the exact one, and falls
+/// below it. Both are parts of the triangle's largest coordinate relative to the point. Checked:
+/// lab/proofs/closest.g.
+inline constexpr float kRuleExcess = 0x5p-20f;
+inline constexpr float kRuleDefect = 0x1.8p-20f;
+/// The most by which rounding a point changes two distances, as a part of its largest coordinate.
+inline constexpr float kPointRounding = 0x1p-22f;
+
 /// The point of a triangle that is closest to another one, in scene space.
 struct ExactPlace {
     /// The barycentric weights of the corners, exactly 0 for corners that have no part in it.

@@ -85,12 +85,6 @@ SHARED_CONST float kWindingHeightError = 4.76837158203125e-07f;
 // components of the height of a triangle below a quarter of the coordinate grid, 2^-42.
 SHARED_CONST float kTiny = 8.673617379884035e-19f;
 SHARED_CONST float kTinyHeight = 2.2737367544323206e-13f;
-// The most by which its distance exceeds the exact one, and falls below it: 5 * 2^-20 and 1.5 *
-// 2^-20. Both are parts of the triangle's largest coordinate relative to the point. The most by
-// which rounding a point changes two distances, as a part of its largest coordinate: 2^-22.
-SHARED_CONST float kRuleExcess = 4.76837158203125e-06f;
-SHARED_CONST float kRuleDefect = 1.430511474609375e-06f;
-SHARED_CONST float kPointRounding = 2.384185791015625e-07f;
 
 // 2^100, the tfar of rays without an end.
 SHARED_CONST float kInfiniteT = 1.2676506002282294e+30f;
