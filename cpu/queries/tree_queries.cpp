@@ -134,7 +134,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
 }
 
 void answer(const Bvh& bvh, const ClosestQuery& query) {
-    with_filter(query, [&](auto sees_of) {
+    with_filter(query, [&](auto sees_of) HWY_ATTR {
         std::uint32_t near_leaf = kNoPrim;
         NearTriangles near;
         for (std::size_t i = 0; i < query.points.size(); ++i) {
@@ -151,7 +151,7 @@ void answer(const Bvh& bvh, const ClosestQuery& query) {
 void answer(const Bvh& bvh, const ExactClosestQuery& query) {
     Rivals rivals;
     rivals.triangles.reserve(query.points.size());
-    with_filter(query, [&](auto sees_of) {
+    with_filter(query, [&](auto sees_of) HWY_ATTR {
         std::uint32_t near_leaf = kNoPrim;
         NearTriangles near;
         for (std::size_t i = 0; i < query.points.size(); ++i) {

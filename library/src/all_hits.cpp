@@ -84,17 +84,6 @@ mray::HitLists list_first_hits(const RayPart& part, const AllHitsOptions& option
     return lists;
 }
 
-/// The next hit of the only ray of a part.
-mray::Hit find_next(const RayPart& part, const mray::HitCursor& after, Crossing crossing) {
-    mray::Hit found;
-    part.ask(mray::NextQuery{part.rays, {&after, 1}, crossing_of(crossing), {&found, 1}});
-    if (found.prim_id == mray::kNoPrim) return found;
-    if (crossing != Crossing::once || !mray::may_touch_border(found.u, found.v)) return found;
-    for (const mray::Hit& hit : list_hits(part, crossing).front())
-        if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
-    return mray::no_hit();
-}
-
 /// t in scene space of a hit of the last one of `passed` triangles by `world`, which is `ray`
 /// there. A power of two gives it exactly, unless t is rounded in world space: a denormal, too
 /// large for a float, or of a far ray. Then the triangle is intersected again.
@@ -112,6 +101,20 @@ float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, in
                                                  ray.tfar, positions[corners.x],
                                                  positions[corners.y], positions[corners.z], hit);
     return is_hit && scene.space().to_world_t(world, hit.t, t_exponent) == world_t ? hit.t : t;
+}
+
+/// The next hit of a ray, the only one of its call: `world`, which is `ray` in scene space.
+mray::Hit find_next(SceneImpl& scene, const QueryFilter& filter, const Ray& world,
+                    const mray::Ray& ray, const mray::HitCursor& after, Crossing crossing) {
+    mray::Hit found;
+    filter.ask(mray::NextQuery{{&ray, 1}, {&after, 1}, crossing_of(crossing), {&found, 1}},
+               std::identity());
+    if (found.prim_id == mray::kNoPrim) return found;
+    if (crossing != Crossing::once || !mray::may_touch_border(found.u, found.v)) return found;
+    const RayPart part({scene, filter, {0}}, {&world, 1});
+    for (const mray::Hit& hit : list_hits(part, crossing).front())
+        if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
+    return mray::no_hit();
 }
 
 /// The hits of some rays of a call, from number `first` on.
@@ -204,21 +207,24 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
         QueryFilter filter(scene, 1, "rays", options);
         Hit hit;
         if (!after) return hit;
-        const auto find = [&](const RayPart& part) {
+        if (!filter.sees_all()) filter.prepare<mray::NextQuery>();
+        scene.cost.measure(1, [&] {
+            mray::Ray asked;
+            const std::optional<int> t_exponent = scene.space().to_scene(ray, asked);
+            if (!t_exponent) return;
             mray::HitCursor cursor;
             const std::uint32_t passed = scene.meshes().count_up_to(after.geom_id, after.prim_id);
-            const int t_exponent = part.t_exponents.front();
-            cursor.t = scene_t(scene, ray, part.rays.front(), t_exponent, after.t, passed);
+            cursor.t = scene_t(scene, ray, asked, *t_exponent, after.t, passed);
             if (passed != 0) {
                 cursor.prim_id = passed - 1;
             } else {  // All hits at this t come after it.
                 cursor.t = std::nextafter(cursor.t, -std::numeric_limits<float>::infinity());
                 cursor.prim_id = mray::kNoPrim;
             }
-            hit = to_world(scene.meshes(), scene.space(), ray, find_next(part, cursor, crossing),
-                           t_exponent);
-        };
-        for_ray_parts<mray::NextQuery>(scene, {&ray, 1}, 1, filter, std::identity(), find);
+            hit = to_world(scene.meshes(), scene.space(), ray,
+                           find_next(scene, filter, ray, asked, cursor, crossing), *t_exponent);
+        });
+        filter.watch().throw_if_cancelled();
         return hit;
     });
 }

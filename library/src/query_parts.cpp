@@ -5,13 +5,14 @@
 namespace morphray::detail {
 
 RayPart::RayPart(QueryPart part, std::span<const Ray> all) : QueryPart(std::move(part)) {
+    std::vector<Ray> world;
+    world.reserve(size());
+    for (const std::size_t i : numbers) world.push_back(all[i]);
     rays.reserve(size());
     t_exponents.reserve(size());
     for_runs_of(0, size(), {}, [&](std::size_t first, std::size_t count) {
-        std::array<Ray, kRun> world;
         mray::cpu::SceneRays run;
-        for (std::size_t i = 0; i < count; ++i) world[i] = all[numbers[first + i]];
-        scene.space().to_scene(std::span(world).first(count), run);
+        scene.space().to_scene(std::span(world).subspan(first, count), run);
         rays.insert(rays.end(), run.rays, run.rays + count);
         for (std::size_t i = 0; i < count; ++i) t_exponents.push_back(run.t_exponents[2 * i + 1]);
     });
