@@ -25,12 +25,6 @@ std::uint64_t border_flag(const Hit& hit) {
     return may_touch_border(hit.u, hit.v) ? kTouchesBorder : 0;
 }
 
-/// A triangle and a lower bound of its exact distance.
-struct Candidate {
-    float least;
-    NumberedTriangle triangle;
-};
-
 bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
 
 /// Answers queries about a mesh, one ray or point after the other.
@@ -104,8 +98,14 @@ public:
     }
 
     void answer(const ExactClosestQuery& query) const {
-        for (std::size_t i = 0; i < query.points.size(); ++i)
-            query.closest[i] = exactly_closest(query, i);
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            std::vector<NumberedTriangle> all;
+            for_each_seen(query, i, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+                all.push_back({prim_id, {a, b, c}});
+            });
+            query.closest[i] =
+                all.empty() ? NumberedTriangle{kNoPrim, {}} : exact_closest(query.exact[i], all);
+        }
     }
 
 private:
@@ -139,34 +139,6 @@ private:
             if (finite_vertices(a, b, c) && sees(query, i, prim_id)) visit(a, b, c, prim_id);
         };
         for_each_mesh_triangle(topology_, positions_, test);
-    }
-
-    /// Exact arithmetic decides among the triangles that floats leave.
-    NumberedTriangle exactly_closest(const ExactClosestQuery& query, std::size_t i) const {
-        const vec3& p = query.points[i];
-        const bool is_in_floats = is_within(query.exact[i]);
-        bool is_any = !is_in_floats;
-        std::vector<Candidate> candidates;
-        // The exactly closest triangle is no farther than this.
-        float most = std::numeric_limits<float>::infinity();
-        for_each_seen(query, i, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-            const float d2 = triangle_distance2(p, a, b, c);
-            is_any |= d2 <= query.most_d2;
-            const float size = std::max(
-                {largest_component(a - p), largest_component(b - p), largest_component(c - p)});
-            const float least = std::sqrt(d2) - kRuleExcess * size;
-            if (least > most) return;
-            candidates.push_back({least, {prim_id, {a, b, c}}});
-            if (is_in_floats) {
-                most = std::min(most, std::sqrt(d2) + kRuleDefect * size +
-                                          kPointRounding * (largest_component(p) + 1));
-            }
-        });
-        std::vector<NumberedTriangle> triangles;
-        for (const Candidate& candidate : candidates)
-            if (is_any && candidate.least <= most) triangles.push_back(candidate.triangle);
-        if (triangles.empty()) return {kNoPrim, {}};
-        return exact_closest(query.exact[i], triangles);
     }
 
     const Topology& topology_;
