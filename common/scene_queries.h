@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -148,11 +149,13 @@ struct ExactClosestQuery {
     const TriangleFilter* filter = nullptr;
 };
 
-/// Whether the host answers a query for a device: exact points, and points that do not see all.
+/// Queries that devices answer if they see all triangles.
+template <class Query>
+inline constexpr bool kIsForDevices = !std::is_same_v<Query, ExactClosestQuery>;
+/// Whether the host answers a query for a device, as it does for points that do not see all.
 template <class Query>
 constexpr bool is_for_host(bool is_filtered) {
-    return requires(Query query) { query.exact; }
-    || (is_filtered && requires(Query query) { query.points; });
+    return !kIsForDevices<Query> || (is_filtered && requires(Query query) { query.points; });
 }
 
 using QueryBatch =

@@ -227,8 +227,8 @@ void answer(const QueryBatch& batch, Transfer& transfer, Kernels& kernels, RayPa
     const Queries queries(transfer, kernels, passes, scene);
     std::visit(
         [&]<class Query>(const Query& query) {
-            assert(query.filter == nullptr && !is_for_host<Query>(false));
-            if constexpr (!is_for_host<Query>(false)) queries.answer(query);
+            assert(query.filter == nullptr && kIsForDevices<Query>);
+            if constexpr (kIsForDevices<Query>) queries.answer(query);
         },
         batch);
 }
