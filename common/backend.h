@@ -49,8 +49,9 @@ struct BackendInfo {
     std::string description;
     /// Whether this machine's processor traces, which then takes longer for rays in any order.
     bool is_on_processor = true;
-    /// Whether threads may call trace(), trace_stored() and query() at the same time.
-    bool answers_threads = false;
+    /// The rays or points that a call should have, if there are so many: calls to a device wait for
+    /// each other and take their time.
+    std::size_t call_size = 1;
     /// UpdateConfig::first_per_visit: on refitted trees packets of camera rays had 0.0002 (shuffle)
     /// to 0.0007 (orbits) on the CPU, 0.0015 to 0.003 on lavapipe.
     double trace_per_visit = 0.0005;
@@ -94,10 +95,11 @@ struct ViewBatch {
 };
 
 /// A backend holds one scene at a time: topology and pose, which it borrows, and a BVH of its own.
-/// Not thread-safe; it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit
-/// (before any work), kDeviceLost. A set_scene() that throws may have dropped the scene: then
-/// nothing is hit, and refit() and set_tree() throw Error(kBadArgument), until the next
-/// set_scene().
+/// It uses threads or a device inside. Threads may call trace(), trace_stored(), query() and
+/// host_tree() at the same time, and one of them any call that does not change the tree. The
+/// backends of gpu/vulkan_backend.h do less. Calls throw Error: kUnavailable, kLimit (before any
+/// work), kDeviceLost. A set_scene() that throws may have dropped the scene: then nothing is hit,
+/// and refit() and set_tree() throw Error(kBadArgument), until the next set_scene().
 class Backend {
 public:
     explicit Backend(BackendInfo info) : info_(std::move(info)) {}
@@ -136,16 +138,20 @@ public:
     /// Traces all views together. Throws as trace_image(), after some tiles have been taken.
     virtual void trace_views(const ViewBatch& views) = 0;
     void watch_images(const Watch& watch) { image_watch_ = watch; }
-    /// Answers rays. A small batch is traced in the calling thread, if threads may call.
-    virtual void trace(const RayBatch& batch) = 0;
+    /// Answers rays; on the CPU a small batch in the calling thread. Returns the milliseconds that
+    /// a device took; 0 on the CPU.
+    virtual double trace(const RayBatch& batch) = 0;
     /// Finds the closest hits of a tile of rays that start at one point and lie nearly on a grid:
     /// sets hits[y * kStoredTileSide + x] for ray (x, y), whose t is that of the ray's own dir.
     /// Returns false, and sets nothing, if they do not, or if the tracer takes no tiles.
     virtual bool trace_stored(const StoredRayTile&, Hit*) { return false; }
-    /// Answers queries about all triangles, in the calling thread.
+    /// Answers queries about all triangles, on the CPU in the calling thread.
     virtual void query(const QueryBatch& batch) = 0;
+    /// Makes ready for queries, is_for_host() or not, so that no thread waits for another one
+    /// in query() on the host. Returns BackendInfo::call_size for them.
+    virtual std::size_t prepare(bool /*for_host*/) { return info_.call_size; }
 
-    /// Finishes a deferred refit, and returns the times, of trace() where no threads may call it.
+    /// Finishes a deferred refit, and returns the times of updates and images.
     virtual const BackendTimes& finish() = 0;
 
 protected:

@@ -2,14 +2,18 @@
 // closest points. Answers are pure functions of query and triangles, the same bits everywhere.
 #pragma once
 
+#include <cmath>
 #include <compare>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "common/base/watch.h"
 #include "common/bvh/exact_closest.h"
+#include "common/interop/constants.h"
 #include "common/interop/ray.h"
 
 namespace mray {
@@ -66,11 +70,18 @@ struct ClosestTriangle {
     bool operator==(const ClosestTriangle&) const = default;
 };
 
+/// The triangles that exist for the rays or points of a query, by their numbers in it.
+struct TriangleFilter {
+    std::function<bool(std::size_t asked, std::uint32_t prim_id)> sees;
+    /// True if no triangle of a subtree exists: that of a node of the host's tree, or that of leaf
+    /// i, whose number is i after those of all nodes. Empty if that is not known.
+    std::function<bool(std::size_t asked, std::size_t subtree)> hides = {};
+};
+
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite, those
-// of ClosestQuery within kOriginExtent. `sees`, unless null, selects the triangles that count for a
-// ray or point. `hides`, unless null, tells which subtrees have none of these, so that tracers skip
-// them. Devices ignore both. A watch can cancel before each ray and point on the CPU, and before
-// each hit of lists on a device: Error(kCancelled) leaves any answers.
+// about closest triangles within kOriginExtent. A filter, unless null, selects triangles; tracers
+// may skip what it hides. A watch ends a query soon, within a few rays and points, or some
+// milliseconds of a device, by Error(kCancelled), which leaves any answers.
 
 /// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {
@@ -78,6 +89,7 @@ struct CountQuery {
     Crossing crossing;
     std::span<std::uint64_t> counts;
     Watch watch = {};
+    const TriangleFilter* filter = nullptr;
 };
 
 /// Appends to `lists` the first `most` hits of each ray.
@@ -87,8 +99,7 @@ struct ListQuery {
     std::uint32_t most;
     HitLists& lists;
     Watch watch = {};
-    const SeesTriangle* sees = nullptr;
-    const HidesSubtree* hides = nullptr;
+    const TriangleFilter* filter = nullptr;
 };
 
 /// Finds the first hit of each ray after its cursor.
@@ -98,8 +109,7 @@ struct NextQuery {
     Crossing crossing;
     std::span<Hit> hits;
     Watch watch = {};
-    const SeesTriangle* sees = nullptr;
-    const HidesSubtree* hides = nullptr;
+    const TriangleFilter* filter = nullptr;
 };
 
 /// Finds the crossings that floats can decide; `uncertain` gets the others, in any order.
@@ -108,31 +118,47 @@ struct WindingQuery {
     std::span<FloatWinding> windings;
     std::vector<UncertainCrossing>& uncertain;
     Watch watch = {};
-    const SeesTriangle* sees = nullptr;
-    const HidesSubtree* hides = nullptr;
+    const TriangleFilter* filter = nullptr;
 };
 
-/// The triangles that may exactly be the closest ones of points, for one point after the other.
-struct Rivals {
-    std::vector<NumberedTriangle> triangles;
-    /// Where those of each point end. A point that has too many gets one with kNoPrim.
-    std::vector<std::uint32_t> ends;
-};
-
-/// Finds the closest triangles whose squared distance is at most `most_d2`. Where `rivals` is not
-/// null, tracers on the host append to it instead, and `closest` may be empty; a device knows none.
-/// `exact` has the points of rivals before they were rounded.
+/// Finds the closest triangles by the rule, whose squared distance is at most `most_d2`.
 struct ClosestQuery {
     std::span<const vec3> points;
     float most_d2;
     std::span<ClosestTriangle> closest;
     Watch watch = {};
-    Rivals* rivals = nullptr;
-    std::span<const dvec3> exact = {};
-    const SeesTriangle* sees = nullptr;
-    const HidesSubtree* hides = nullptr;
+    const TriangleFilter* filter = nullptr;
 };
 
-using QueryBatch = std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery>;
+/// The largest coordinate of points whose closest triangle is looked for in floats first.
+inline constexpr double kMostPoint = 4 * double{kSceneExtent};
+inline bool is_within(const dvec3& p) {
+    return std::abs(p.x) <= kMostPoint && std::abs(p.y) <= kMostPoint &&
+           std::abs(p.z) <= kMostPoint;
+}
+
+/// Finds the triangles that are exactly the closest ones of the points `exact`, the lowest prim_id
+/// of equally close ones; kNoPrim if there is none. Those whose squared distance by the rule is
+/// above `most_d2` need not be found. `points` are rounded, or on the same sides beyond kMostPoint.
+struct ExactClosestQuery {
+    std::span<const vec3> points;
+    std::span<const dvec3> exact;
+    float most_d2;
+    std::span<NumberedTriangle> closest;
+    Watch watch = {};
+    const TriangleFilter* filter = nullptr;
+};
+
+/// Queries that devices answer if they see all triangles.
+template <class Query>
+inline constexpr bool kIsForDevices = !std::is_same_v<Query, ExactClosestQuery>;
+/// Whether the host answers a query for a device, as it does for points that do not see all.
+template <class Query>
+constexpr bool is_for_host(bool is_filtered) {
+    return !kIsForDevices<Query> || (is_filtered && requires(Query query) { query.points; });
+}
+
+using QueryBatch =
+    std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery, ExactClosestQuery>;
 
 }  // namespace mray

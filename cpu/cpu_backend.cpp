@@ -37,8 +37,8 @@ class TracerBackend final : public Backend {
 public:
     TracerBackend(std::string name, const std::string& how, const SimdTarget& target,
                   std::unique_ptr<ThreadArena> arena, MakeTracers make_tracers)
-        : Backend(
-              {std::move(name), fmt::format("{}, {} threads", how, arena->threads()), true, true}),
+        : Backend({.name = std::move(name),
+                   .description = fmt::format("{}, {} threads", how, arena->threads())}),
           target_(target),
           arena_(std::move(arena)),
           make_tracers_(std::move(make_tracers)),
@@ -127,7 +127,7 @@ public:
             std::uint64_t{views.params.width} * views.params.height * views.cameras.size();
     }
 
-    void trace(const RayBatch& batch) override {
+    double trace(const RayBatch& batch) override {
         using Range = tbb::blocked_range<std::size_t>;
         const auto trace_range = [&](const Range& r) {
             const std::span<const Ray> rays = batch.rays.subspan(r.begin(), r.size());
@@ -138,8 +138,12 @@ public:
             }
         };
         const Range all(0, batch.rays.size(), kRayGrain);
-        if (batch.rays.size() <= kRayGrain) return trace_range(all);
-        arena_->execute([&] { tbb::parallel_for(all, trace_range); });
+        if (batch.rays.size() <= kRayGrain) {
+            trace_range(all);
+        } else {
+            arena_->execute([&] { tbb::parallel_for(all, trace_range); });
+        }
+        return 0;
     }
 
     bool trace_stored(const StoredRayTile& tile, Hit* hits) override {

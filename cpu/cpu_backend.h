@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/backend.h"
+#include "common/simd/simd_target.h"
 
 namespace mray::cpu {
 
@@ -26,5 +27,10 @@ std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config = {});
 /// Every ray against every triangle: no tree to be wrong about. Its name is "brute"; its refit and
 /// read_tree work on a tree all the same, so that it can stand in for the others.
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config = {});
+
+/// A device's backend (gpu/vulkan_backend.h) that does all that Backend promises: what the device
+/// cannot answer, the host does in the calling thread, with its tree and these instructions.
+std::unique_ptr<Backend> with_host_answers(std::unique_ptr<Backend> device,
+                                           const SimdTarget& target);
 
 }  // namespace mray::cpu

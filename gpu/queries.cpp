@@ -5,6 +5,7 @@
 
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/winding_rule.h"
+#include "common/watched_runs.h"
 
 namespace mray::gpu {
 namespace {
@@ -30,13 +31,6 @@ std::uint64_t count_of(const std::vector<Hit>& hits) {
     return hits.size() | (touches ? kTouchesBorder : 0);
 }
 
-/// Calls work(first, count) for parts of at most `most`.
-template <class Work>
-void for_parts(std::size_t total, std::size_t most, Work work) {
-    for (std::size_t first = 0; first < total; first += most)
-        work(first, std::min(most, total - first));
-}
-
 /// A ray from a cursor on, and the lowest prim_id of the hits at its tnear that count.
 std::uint32_t start_after(const HitCursor& after, Ray& ray) {
     if (after.t < ray.tnear) return 0;
@@ -48,154 +42,195 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
     return after.prim_id + 1;
 }
 
+/// The arguments of answer().
+class Queries {
+public:
+    Queries(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)
+        : transfer_(transfer), kernels_(kernels), passes_(passes), scene_(scene) {}
+
+    void answer(const CountQuery& query) const {
+        std::vector<uvec4> answers;
+        for_parts(query.rays, query.watch, [&](std::size_t first, std::size_t size) {
+            transfer_.upload(std::as_bytes(query.rays.subspan(first, size)),
+                             passes_.buffers()->rays.buffer);
+            answers.resize(size);
+            run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing), answers);
+            for (std::size_t i = 0; i < size; ++i) {
+                const std::uint32_t count = answers[i].x;
+                query.counts[first + i] =
+                    (count & ~kCountTouches) | ((count & kCountTouches) != 0 ? kTouchesBorder : 0);
+            }
+        });
+    }
+
+    void answer(const NextQuery& query) const {
+        std::vector<Ray> rest;
+        std::vector<std::uint32_t> first_prims;
+        std::vector<uvec4> answers;
+        for_parts(query.rays, query.watch, [&](std::size_t first, std::size_t size) {
+            const std::span<const Ray> rays = query.rays.subspan(first, size);
+            rest.assign(rays.begin(), rays.end());
+            first_prims.resize(size);
+            for (std::size_t i = 0; i < size; ++i)
+                first_prims[i] = start_after(query.after[first + i], rest[i]);
+            transfer_.upload(std::as_bytes(std::span(rest)), passes_.buffers()->rays.buffer);
+            transfer_.upload(std::as_bytes(std::span(first_prims)),
+                             passes_.buffers()->visible_pixels.buffer);
+            answers.resize(size);
+            run("find next hits", kernels_.hits, flags_of(query.crossing), answers);
+            for (std::size_t i = 0; i < size; ++i) query.hits[first + i] = hit_of(answers[i]);
+        });
+    }
+
+    void answer(const ListQuery& query) const {
+        for_parts(query.rays, query.watch,
+                  [&](std::size_t first, std::size_t size) { list_part(query, first, size); });
+    }
+
+    void answer(const WindingQuery& query) const {
+        for_parts(query.points, query.watch,
+                  [&](std::size_t first, std::size_t size) { wind_part(query, first, size); });
+    }
+
+    void answer(const ClosestQuery& query) const {
+        std::vector<uvec4> points;
+        std::vector<uvec4> answers;
+        for_parts(query.points, query.watch, [&](std::size_t first, std::size_t size) {
+            points.resize(size);
+            answers.resize(size);
+            for (std::size_t i = 0; i < size; ++i)
+                points[i] = words_of(query.points[first + i], query.most_d2);
+            transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
+            run("find closest triangles", kernels_.closest, 0, answers);
+            for (std::size_t i = 0; i < size; ++i)
+                query.closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
+        });
+    }
+
+private:
+    /// The pairs that the pixels have room for.
+    std::uint32_t pair_room() const { return passes_.size().rays() / 2; }
+
+    /// Calls work(first, count) for parts of a query that take a submission each, some ms if the
+    /// caller may cancel. Throws Error(kCancelled).
+    template <class Asked, class Work>
+    void for_parts(std::span<const Asked> asked, const Watch& watch, Work work) const {
+        constexpr std::size_t kLeast = 64;
+        for_watched_runs(0, asked.size(), watch, passes_.size().rays(), kLeast, work);
+        watch.throw_if_cancelled();
+    }
+
+    /// Answers the queries that have been uploaded, as many as there are answers. Returns how many
+    /// pairs the kernel has found; the pixels have the first pair_room() of them.
+    std::uint32_t run(const char* what, Kernel& kernel, std::uint32_t flags,
+                      std::span<uvec4> answers) const {
+        kernels_.prepare({&kernel});
+        const std::uint32_t found =
+            passes_.answer(what, kernel,
+                           {.first = 0,
+                            .count = static_cast<std::uint32_t>(answers.size()),
+                            .round = kRoundAll,
+                            .flags = flags,
+                            .repeated_count = static_cast<std::uint32_t>(scene_.repeated().size()),
+                            .pair_room = pair_room()});
+        transfer_.download(passes_.buffers()->hits.buffer, std::as_writable_bytes(answers));
+        return found;
+    }
+
+    /// Finds hit after hit, and then the numbers for rays that may have more than are listed.
+    void list_part(const ListQuery& query, std::size_t first, std::size_t size) const {
+        const std::span<const Ray> rays = query.rays.subspan(first, size);
+        HitLists& lists = query.lists;
+        std::vector<std::vector<Hit>> found(rays.size());
+        std::vector<std::size_t> left(query.most > 0 ? rays.size() : 0);
+        std::iota(left.begin(), left.end(), std::size_t{0});
+        std::vector<Ray> asked(rays.begin(), rays.end());
+        std::vector<HitCursor> after(rays.size());
+        std::vector<Hit> next(rays.size());
+        while (!left.empty()) {
+            query.watch.throw_if_cancelled();
+            const std::size_t count = left.size();
+            answer(NextQuery{std::span(asked).first(count), std::span(after).first(count),
+                             query.crossing, std::span(next).first(count)});
+            std::size_t kept = 0;
+            for (std::size_t i = 0; i < count; ++i) {
+                if (next[i].prim_id == kNoPrim) continue;
+                found[left[i]].push_back(next[i]);
+                if (found[left[i]].size() == query.most) continue;
+                left[kept] = left[i];
+                asked[kept] = asked[i];
+                after[kept++] = {next[i].t, next[i].prim_id};
+            }
+            left.resize(kept);
+        }
+        std::vector<Ray> full;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (found[i].size() == query.most) full.push_back(rays[i]);
+        }
+        std::vector<std::uint64_t> counts(full.size());
+        if (!full.empty()) answer(CountQuery{full, query.crossing, counts});
+        auto count = counts.begin();
+        for (const std::vector<Hit>& hits : found) {
+            lists.hits.insert(lists.hits.end(), hits.begin(), hits.end());
+            lists.listed.push_back(static_cast<std::uint32_t>(hits.size()));
+            lists.total.push_back(hits.size() == query.most ? *count++ : count_of(hits));
+        }
+    }
+
+    /// One part of the points. If there is no room for all uncertain crossings, it is divided.
+    void wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
+        std::vector<uvec4> points(size);
+        std::vector<uvec4> answers(size);
+        for (std::size_t i = 0; i < size; ++i)
+            points[i] = words_of(clipped_point(query.points[first + i]), 0);
+        transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
+        const std::uint32_t found = run("wind around points", kernels_.winding, 0, answers);
+        const std::size_t room = pair_room();
+        if (found > room && size > 1) {
+            wind_part(query, first, size / 2);
+            wind_part(query, first + size / 2, size - size / 2);
+            return;
+        }
+        for (std::size_t i = 0; i < size; ++i) {
+            query.windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
+                                         .crossings = answers[i].y};
+        }
+        if (found > room) {
+            throw Error(
+                ErrorKind::kLimit,
+                "Vulkan: more triangles meet in one place than the device has room for; use "
+                "the CPU backend");
+        }
+        std::vector<UncertainCrossing> pairs(found);
+        transfer_.download(passes_.buffers()->pixels, std::as_writable_bytes(std::span(pairs)));
+        // Pairs are there twice for queries that began again at the root.
+        std::sort(pairs.begin(), pairs.end());
+        pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+        for (UncertainCrossing pair : pairs) {
+            pair.point += static_cast<std::uint32_t>(first);
+            query.uncertain.push_back(pair);
+            for (const RepeatedTriangle& repeat : repeats_of(scene_.repeated(), pair.prim_id))
+                query.uncertain.push_back({pair.point, repeat.prim_id});
+        }
+    }
+
+    Transfer& transfer_;
+    Kernels& kernels_;
+    RayPasses& passes_;
+    const SceneBuffers& scene_;
+};
+
 }  // namespace
 
-/// Answers the queries that have been uploaded, as many as there are answers. Returns how many
-/// pairs the kernel has found; the pixels have the first pair_room() of them.
-std::uint32_t Queries::run(const char* what, Kernel& kernel, std::uint32_t flags,
-                           std::span<uvec4> answers) const {
-    kernels_.prepare({&kernel});
-    const std::uint32_t found =
-        passes_.answer(what, kernel,
-                       {.first = 0,
-                        .count = static_cast<std::uint32_t>(answers.size()),
-                        .round = kRoundAll,
-                        .flags = flags,
-                        .repeated_count = static_cast<std::uint32_t>(scene_.repeated().size()),
-                        .pair_room = pair_room()});
-    transfer_.download(passes_.buffers()->hits.buffer, std::as_writable_bytes(answers));
-    return found;
-}
-
-void Queries::answer(const CountQuery& query) const {
-    std::vector<uvec4> answers;
-    for_parts(query.rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        transfer_.upload(std::as_bytes(query.rays.subspan(first, size)),
-                         passes_.buffers()->rays.buffer);
-        answers.resize(size);
-        run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing), answers);
-        for (std::size_t i = 0; i < size; ++i) {
-            const std::uint32_t count = answers[i].x;
-            query.counts[first + i] =
-                (count & ~kCountTouches) | ((count & kCountTouches) != 0 ? kTouchesBorder : 0);
-        }
-    });
-}
-
-void Queries::answer(const NextQuery& query) const {
-    std::vector<Ray> rest;
-    std::vector<std::uint32_t> first_prims;
-    std::vector<uvec4> answers;
-    for_parts(query.rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        const std::span<const Ray> rays = query.rays.subspan(first, size);
-        rest.assign(rays.begin(), rays.end());
-        first_prims.resize(size);
-        for (std::size_t i = 0; i < size; ++i)
-            first_prims[i] = start_after(query.after[first + i], rest[i]);
-        transfer_.upload(std::as_bytes(std::span(rest)), passes_.buffers()->rays.buffer);
-        transfer_.upload(std::as_bytes(std::span(first_prims)),
-                         passes_.buffers()->visible_pixels.buffer);
-        answers.resize(size);
-        run("find next hits", kernels_.hits, flags_of(query.crossing), answers);
-        for (std::size_t i = 0; i < size; ++i) query.hits[first + i] = hit_of(answers[i]);
-    });
-}
-
-/// Finds hit after hit, and then the numbers for rays that may have more than are listed.
-void Queries::answer(const ListQuery& query) const {
-    const std::span<const Ray> rays = query.rays;
-    HitLists& lists = query.lists;
-    std::vector<std::vector<Hit>> found(rays.size());
-    std::vector<std::size_t> left(query.most > 0 ? rays.size() : 0);
-    std::iota(left.begin(), left.end(), std::size_t{0});
-    std::vector<Ray> asked(rays.begin(), rays.end());
-    std::vector<HitCursor> after(rays.size());
-    std::vector<Hit> next(rays.size());
-    while (!left.empty()) {
-        query.watch.throw_if_cancelled();
-        const std::size_t count = left.size();
-        answer(NextQuery{std::span(asked).first(count), std::span(after).first(count),
-                         query.crossing, std::span(next).first(count)});
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < count; ++i) {
-            if (next[i].prim_id == kNoPrim) continue;
-            found[left[i]].push_back(next[i]);
-            if (found[left[i]].size() == query.most) continue;
-            left[kept] = left[i];
-            asked[kept] = asked[i];
-            after[kept++] = {next[i].t, next[i].prim_id};
-        }
-        left.resize(kept);
-    }
-    std::vector<Ray> full;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (found[i].size() == query.most) full.push_back(rays[i]);
-    }
-    std::vector<std::uint64_t> counts(full.size());
-    if (!full.empty()) answer(CountQuery{full, query.crossing, counts});
-    auto count = counts.begin();
-    for (const std::vector<Hit>& hits : found) {
-        lists.hits.insert(lists.hits.end(), hits.begin(), hits.end());
-        lists.listed.push_back(static_cast<std::uint32_t>(hits.size()));
-        lists.total.push_back(hits.size() == query.most ? *count++ : count_of(hits));
-    }
-}
-
-void Queries::answer(const WindingQuery& query) const {
-    for_parts(query.points.size(), passes_.size().rays(),
-              [&](std::size_t first, std::size_t size) { wind_part(query, first, size); });
-}
-
-/// One part of the points. If there is no room for all uncertain crossings, it is divided.
-void Queries::wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
-    std::vector<uvec4> points(size);
-    std::vector<uvec4> answers(size);
-    for (std::size_t i = 0; i < size; ++i)
-        points[i] = words_of(clipped_point(query.points[first + i]), 0);
-    transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
-    const std::uint32_t found = run("wind around points", kernels_.winding, 0, answers);
-    const std::size_t room = pair_room();
-    if (found > room && size > 1) {
-        wind_part(query, first, size / 2);
-        wind_part(query, first + size / 2, size - size / 2);
-        return;
-    }
-    for (std::size_t i = 0; i < size; ++i) {
-        query.windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
-                                     .crossings = answers[i].y};
-    }
-    if (found > room) {
-        throw Error(ErrorKind::kLimit,
-                    "Vulkan: more triangles meet in one place than the device has room for; use "
-                    "the CPU backend");
-    }
-    std::vector<UncertainCrossing> pairs(found);
-    transfer_.download(passes_.buffers()->pixels, std::as_writable_bytes(std::span(pairs)));
-    // Pairs are there twice for queries that began again at the root.
-    std::sort(pairs.begin(), pairs.end());
-    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-    for (UncertainCrossing pair : pairs) {
-        pair.point += static_cast<std::uint32_t>(first);
-        query.uncertain.push_back(pair);
-        for (const RepeatedTriangle& repeat : repeats_of(scene_.repeated(), pair.prim_id))
-            query.uncertain.push_back({pair.point, repeat.prim_id});
-    }
-}
-
-void Queries::answer(const ClosestQuery& query) const {
-    assert(query.rivals == nullptr);
-    std::vector<uvec4> points;
-    std::vector<uvec4> answers;
-    for_parts(query.points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        points.resize(size);
-        answers.resize(size);
-        for (std::size_t i = 0; i < size; ++i)
-            points[i] = words_of(query.points[first + i], query.most_d2);
-        transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
-        run("find closest triangles", kernels_.closest, 0, answers);
-        for (std::size_t i = 0; i < size; ++i)
-            query.closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
-    });
+void answer(const QueryBatch& batch, Transfer& transfer, Kernels& kernels, RayPasses& passes,
+            const SceneBuffers& scene) {
+    const Queries queries(transfer, kernels, passes, scene);
+    std::visit(
+        [&]<class Query>(const Query& query) {
+            assert(query.filter == nullptr && kIsForDevices<Query>);
+            if constexpr (kIsForDevices<Query>) queries.answer(query);
+        },
+        batch);
 }
 
 }  // namespace mray::gpu

@@ -21,11 +21,14 @@ SceneSize size_of(std::uint64_t vertices, std::uint64_t triangles, const Bvh& bv
 }
 
 BackendInfo info_of(const DeviceInfo& device) {
-    return {"vulkan",
-            fmt::format("{}, {}, Vulkan {}.{}{}", device.name, device.driver, device.api_major,
-                        device.api_minor,
-                        device.promises_floats ? "" : ", rounding tested and not promised"),
-            device.type == "cpu", false, 0.002};
+    return {.name = "vulkan",
+            .description =
+                fmt::format("{}, {}, Vulkan {}.{}{}", device.name, device.driver, device.api_major,
+                            device.api_minor,
+                            device.promises_floats ? "" : ", rounding tested and not promised"),
+            .is_on_processor = device.type == "cpu",
+            .call_size = std::size_t{1} << 16,
+            .trace_per_visit = 0.002};
 }
 
 class VulkanBackend final : public Backend {
@@ -41,8 +44,7 @@ public:
                   step_budget(physical(), tuning)),
           scene_(shared_->device, choose_buffers(physical(), tuning, {}), transfer_, Topology{}, {},
                  empty_tree()),
-          images_(context_, kernels_, passes_),
-          queries_(transfer_, kernels_, passes_, scene_) {
+          images_(context_, kernels_, passes_) {
         bind();
         // A device that is lost or does not answer fails here instead of at the first image.
         context_.submit("start", [](VkCommandBuffer) {});
@@ -144,7 +146,7 @@ public:
     }
 
     /// Any hits are closest hits: no kernel ends at the first hit of any ray.
-    void trace(const RayBatch& batch) override {
+    double trace(const RayBatch& batch) override {
         const std::span<const Ray> rays = batch.rays;
         std::vector<Hit> found(batch.occluded.size());
         const std::span<Hit> hits = batch.occluded.empty() ? batch.hits : std::span(found);
@@ -169,12 +171,13 @@ public:
         }
         for (std::size_t i = 0; i < found.size(); ++i)
             batch.occluded[i] = found[i].prim_id != kNoPrim ? 1 : 0;
+        return times_.trace_ms;
     }
 
     void query(const QueryBatch& batch) override {
         finish_refit();
         const RayPasses::Use use = use_ray_buffers();
-        std::visit([this](const auto& query) { queries_.answer(query); }, batch);
+        answer(batch, transfer_, kernels_, passes_, scene_);
     }
 
     const BackendTimes& finish() override {
@@ -289,7 +292,6 @@ private:
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
     std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;
-    Queries queries_;
     /// Null without a scene.
     const Pose* pose_ = nullptr;
     /// True while the device's tree is of an older pose.

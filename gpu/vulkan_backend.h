@@ -27,7 +27,9 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
 /// Whether work on the device failed for good; open_device() then makes another.
 bool is_lost(const SharedDevice& device);
 
-/// Throws Error(kDeviceLost) if the device does not answer, Error(kLimit) without memory.
+/// A backend that takes one call at a time, and only queries as in gpu/queries.h;
+/// cpu/cpu_backend.h adds the rest. Its finish() has the times of trace(), too. Throws
+/// Error(kDeviceLost) if the device does not answer, Error(kLimit) without memory.
 std::unique_ptr<Backend> make_backend_on(std::shared_ptr<SharedDevice> device,
                                          const Tuning& tuning = {});
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config = {},

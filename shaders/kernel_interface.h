@@ -93,7 +93,7 @@ struct WorkHeader {
     uint suspended_count;
     /// Rays that a round of `resume` left unfinished.
     uint unfinished_count;
-    /// Pixels that `compact` listed, or pairs of a point and a triangle of `winding`.
+    /// Pixels that `compact` listed, or pairs that QueryArguments::pair_room is for.
     uint visible_count;
 };
 
@@ -160,7 +160,7 @@ SHARED_CONST uint kQueryCount = 2u;     // the number of hits
 // In a number of hits: kTouchesBorder of common/scene_queries.h.
 SHARED_CONST uint kCountTouches = 0x80000000u;
 
-/// Push constants of the kernels of queries: `winding`, `closest`, `hits`.
+/// Push constants of the kernels of shaders/queries/.
 struct QueryArguments {
     /// Of the listed queries.
     uint first;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <compare>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -52,17 +51,6 @@ inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTria
     return {begin, end};
 }
 
-/// Tells if a triangle exists for the ray or point with this number in a query.
-using SeesTriangle = std::function<bool(std::size_t asked, std::uint32_t prim_id)>;
-/// True if no triangle of a subtree exists for it: that of a node, or that of leaf i, whose number
-/// is i after those of all nodes.
-using HidesSubtree = std::function<bool(std::size_t asked, std::size_t subtree)>;
-/// For a ray or point for which every triangle exists.
-struct SeesAll {
-    bool operator()(std::uint32_t) const { return true; }
-    bool hides(std::size_t) const { return false; }
-};
-
 /// The first of `prim_id` and its repeats for which sees(prim_id) is true, or kNoPrim.
 template <class Sees>
 std::uint32_t first_seen(const Bvh& bvh, std::uint32_t prim_id, Sees sees) {
@@ -72,8 +60,8 @@ std::uint32_t first_seen(const Bvh& bvh, std::uint32_t prim_id, Sees sees) {
     return kNoPrim;
 }
 
-/// From the lowest to the highest prim_id of each subtree, in the order of HidesSubtree, with those
-/// that its triangles stand for. O(triangles).
+/// From the lowest to the highest prim_id of each subtree, with those that its triangles stand for:
+/// of all nodes, then of all leaves. O(triangles).
 std::vector<IndexRange> prim_ranges(const Bvh& bvh);
 
 /// Adds triangles to those that a tree has in no leaf.

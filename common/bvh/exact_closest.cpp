@@ -505,11 +505,10 @@ NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle>
     return choice.closest();
 }
 
-NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p, const SeesTriangle& sees,
-                               std::size_t number) {
+NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p,
+                               const std::function<bool(std::uint32_t prim_id)>& sees) {
     const auto number_of = [&](std::uint32_t prim_id) {
-        if (!sees) return prim_id;
-        return first_seen(bvh, prim_id, [&](std::uint32_t own) { return sees(number, own); });
+        return sees ? first_seen(bvh, prim_id, sees) : prim_id;
     };
     const Box bounds = node_box(bvh.nodes[0]);
     ClosestChoice choice(p, bounds.lower, bounds.upper);

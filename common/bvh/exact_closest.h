@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include <glm/vec3.hpp>
@@ -14,6 +15,14 @@ namespace mray {
 
 using glm::dvec3;
 using Corners = std::array<vec3, 3>;
+
+/// The most by which the distance of the rule of closest points exceeds the exact one, and falls
+/// below it. Both are parts of the triangle's largest coordinate relative to the point. Checked:
+/// lab/proofs/closest.g.
+inline constexpr float kRuleExcess = 0x5p-20f;
+inline constexpr float kRuleDefect = 0x1.8p-20f;
+/// The most by which rounding a point changes two distances, as a part of its largest coordinate.
+inline constexpr float kPointRounding = 0x1p-22f;
 
 /// The point of a triangle that is closest to another one, in scene space.
 struct ExactPlace {
@@ -40,9 +49,9 @@ struct NumberedTriangle {
 NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot);
 
 /// The closest triangle of a tree, the lowest prim_id of equally close ones; kNoPrim without any.
-/// If `sees` is not empty, only triangles with sees(number, prim_id) exist.
-NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p, const SeesTriangle& sees = {},
-                               std::size_t number = 0);
+/// If `sees` is not empty, only triangles with sees(prim_id) exist.
+NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p,
+                               const std::function<bool(std::uint32_t prim_id)>& sees = {});
 
 /// The closest one of some triangles, of which there is one at least, as above.
 NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles);

@@ -14,27 +14,29 @@ namespace mray::cpu::HWY_NAMESPACE {
 
 // ---- Filters
 
+/// For a ray or point for which every triangle exists.
+struct SeesAll {
+    bool operator()(std::uint32_t) const { return true; }
+    bool hides(std::size_t) const { return false; }
+};
 template <class Sees>
 inline constexpr bool kSeesAll = std::is_same_v<Sees, SeesAll>;
 inline constexpr auto kUnfiltered = [](std::size_t) { return SeesAll{}; };
 
 /// The triangles that exist for a ray or point of a query.
-template <class Query>
 struct SeesSome {
-    const Query& query;
+    const TriangleFilter& filter;
     std::size_t asked;
 
-    bool operator()(std::uint32_t prim_id) const { return (*query.sees)(asked, prim_id); }
-    bool hides(std::size_t subtree) const {
-        return query.hides != nullptr && (*query.hides)(asked, subtree);
-    }
+    bool operator()(std::uint32_t prim_id) const { return filter.sees(asked, prim_id); }
+    bool hides(std::size_t subtree) const { return filter.hides && filter.hides(asked, subtree); }
 };
 
 /// Calls work(sees_of), where sees_of(i) is the filter of ray or point i of a query.
 template <class Query, class Work>
 HWY_INLINE void with_filter(const Query& query, Work work) {
-    if (query.sees == nullptr) return work(kUnfiltered);
-    work([&](std::size_t i) { return SeesSome<Query>{query, i}; });
+    if (query.filter == nullptr) return work(kUnfiltered);
+    work([&](std::size_t i) { return SeesSome{*query.filter, i}; });
 }
 
 template <class Sees>
@@ -83,13 +85,15 @@ HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
     return (count + 1) | (may_touch_border(hit.u, hit.v) ? kTouchesBorder : 0);
 }
 
-HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing) {
+template <class Sees>
+HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing,
+                                       Sees sees) {
     RayStream stream;
     prepare_one(stream, ray);
     stream.crossing = crossing;
     std::uint64_t count = 0;
-    for_each_hit(bvh, stream, 0, 0,
-                 [&](std::uint32_t, const TriangleHit& hit) { count = with_hit(count, hit); });
+    const auto add = [&](std::uint32_t, const TriangleHit& hit) { count = with_hit(count, hit); };
+    for_each_hit(bvh, stream, 0, 0, add, sees);
     return count;
 }
 
@@ -571,6 +575,26 @@ HWY_INLINE DistanceBounds distance_bounds(const lanes::Float3& a, const lanes::F
     d2 = select(is_inside, min(d2, fused_dot(inside, inside)), d2);
     w = select(is_inside, normal, w);
     return {least_along(w, a, b, c), hn::Sqrt(d2)};
+}
+
+/// The triangles that may exactly be the closest ones of points, for one point after the other.
+struct Rivals {
+    std::vector<NumberedTriangle> triangles;
+    /// Where those of each point end. A point that has too many gets one with kNoPrim.
+    std::vector<std::uint32_t> ends;
+};
+
+/// The exactly closest triangle that the point p sees, one of `rivals` if p is_within(); or
+/// kNoPrim.
+template <class Sees>
+NumberedTriangle closest_of(const Bvh& bvh, const dvec3& p,
+                            std::span<const NumberedTriangle> rivals, Sees sees) {
+    if (is_within(p)) {
+        if (rivals.empty()) return {kNoPrim, {}};
+        if (rivals.front().prim_id != kNoPrim) return exact_closest(p, rivals);
+    }
+    if constexpr (kSeesAll<Sees>) return exact_closest(bvh, p);
+    return exact_closest(bvh, p, sees);
 }
 
 /// The triangles near a point, among which the closest one is.

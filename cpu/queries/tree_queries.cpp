@@ -12,9 +12,13 @@ namespace mray::cpu::HWY_NAMESPACE {
 
 void answer(const Bvh& bvh, const CountQuery& query) {
     const std::span<const Ray> rays = query.rays;
-    if (rays.size() <= kCountedTogether) {
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            query.counts[i] = count_hits_of(bvh, rays[i], query.crossing);
+    if (rays.size() <= kCountedTogether || query.filter != nullptr) {
+        with_filter(query, [&](auto sees_of) HWY_ATTR {
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                query.watch.throw_if_cancelled();
+                query.counts[i] = count_hits_of(bvh, rays[i], query.crossing, sees_of(i));
+            }
+        });
         return;
     }
     for_each_stream(rays, [&](const Ray* batch, std::span<const std::uint16_t> order,
@@ -109,7 +113,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     };
     // Calls about fewer points come in any order, and their bundles would be wide.
     constexpr std::size_t kManyPoints = 256;
-    if (points.size() >= kManyPoints && query.sees == nullptr) {
+    if (points.size() >= kManyPoints && query.filter == nullptr) {
         BundleChoice choice;
         for (std::size_t first = 0; first < points.size(); first += kLanes) {
             query.watch.throw_if_cancelled();
@@ -129,28 +133,43 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     with_filter(query, [&](auto sees_of) { wind_one_by_one(0, points.size(), sees_of); });
 }
 
-template <class SeesOf>
-void find_closest(const Bvh& bvh, const ClosestQuery& query, SeesOf sees_of) {
-    using Sees = decltype(sees_of(std::size_t{}));
-    std::uint32_t near_leaf = kNoPrim;
-    NearTriangles near;
-    for (std::size_t i = 0; i < query.points.size(); ++i) {
-        query.watch.throw_if_cancelled();
-        if (query.rivals == nullptr) {
-            ClosestSearch<false, Sees> search(query.points[i], query.most_d2, sees_of(i), near);
+void answer(const Bvh& bvh, const ClosestQuery& query) {
+    with_filter(query, [&](auto sees_of) HWY_ATTR {
+        std::uint32_t near_leaf = kNoPrim;
+        NearTriangles near;
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            query.watch.throw_if_cancelled();
+            ClosestSearch<false, decltype(sees_of(i))> search(query.points[i], query.most_d2,
+                                                              sees_of(i), near);
             search.search(bvh, near_leaf);
             query.closest[i] = search.closest();
-        } else {
-            near.clear();
-            ClosestSearch<true, Sees> search(query.points[i], query.most_d2, sees_of(i), near);
-            search.search(bvh, near_leaf);
-            search.append_to(*query.rivals, bvh, query.exact[i]);
         }
-    }
+    });
 }
 
-void answer(const Bvh& bvh, const ClosestQuery& query) {
-    with_filter(query, [&](auto sees_of) { find_closest(bvh, query, sees_of); });
+/// The rivals of all points are found before one of each is chosen, which takes other memory.
+void answer(const Bvh& bvh, const ExactClosestQuery& query) {
+    Rivals rivals;
+    rivals.triangles.reserve(query.points.size());
+    with_filter(query, [&](auto sees_of) HWY_ATTR {
+        std::uint32_t near_leaf = kNoPrim;
+        NearTriangles near;
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            query.watch.throw_if_cancelled();
+            near.clear();
+            ClosestSearch<true, decltype(sees_of(i))> search(query.points[i], query.most_d2,
+                                                             sees_of(i), near);
+            search.search(bvh, near_leaf);
+            search.append_to(rivals, bvh, query.exact[i]);
+        }
+        std::size_t first = 0;
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            query.watch.throw_if_cancelled();
+            const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
+            first = rivals.ends[i];
+            query.closest[i] = closest_of(bvh, query.exact[i], own, sees_of(i));
+        }
+    });
 }
 
 void answer_batch(const Bvh& bvh, const QueryBatch& batch) {

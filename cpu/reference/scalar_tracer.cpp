@@ -7,7 +7,6 @@
 #include "common/interop/closest_rule.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/winding_rule.h"
-#include "cpu/simd/rounding_bounds.h"
 
 namespace mray::cpu {
 namespace {
@@ -22,30 +21,129 @@ void for_each_mesh_triangle(const Topology& topology, std::span<const vec3> posi
         visit(positions[t.x], positions[t.y], positions[t.z], prim_id++);
 }
 
-template <class Visit>
-void for_each_hit(const Topology& topology, std::span<const vec3> positions, const Ray& ray,
-                  Crossing crossing, Visit visit) {
-    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
-    for_each_mesh_triangle(topology, positions, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-        TriangleHit hit;
-        const bool is_hit = crossing == Crossing::kOwner
-                                ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
-                                : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
-        if (is_hit) visit(make_hit(hit, prim_id));
-    });
-}
-
 std::uint64_t border_flag(const Hit& hit) {
     return may_touch_border(hit.u, hit.v) ? kTouchesBorder : 0;
 }
 
-/// A triangle and a lower bound of its exact distance.
-struct Candidate {
-    float least;
-    NumberedTriangle triangle;
-};
-
 bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
+
+/// Answers queries about a mesh, one ray or point after the other.
+class BruteAnswers {
+public:
+    BruteAnswers(const Topology& topology, std::span<const vec3> positions)
+        : topology_(topology), positions_(positions) {}
+
+    void answer(const CountQuery& query) const {
+        for (std::size_t i = 0; i < query.rays.size(); ++i) {
+            std::uint64_t& count = query.counts[i];
+            count = 0;
+            for_each_hit(query, i, [&](const Hit& hit) { count = (count + 1) | border_flag(hit); });
+        }
+    }
+
+    void answer(const ListQuery& query) const {
+        HitLists& lists = query.lists;
+        for (std::size_t i = 0; i < query.rays.size(); ++i) {
+            const std::size_t first = lists.hits.size();
+            std::uint64_t flag = 0;
+            for_each_hit(query, i, [&](const Hit& hit) {
+                lists.hits.push_back(hit);
+                flag |= border_flag(hit);
+            });
+            const std::size_t total = lists.hits.size() - first;
+            std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
+                      is_before);
+            const std::size_t listed = std::min<std::size_t>(total, query.most);
+            lists.hits.resize(first + listed);
+            lists.listed.push_back(static_cast<std::uint32_t>(listed));
+            lists.total.push_back(total | flag);
+        }
+    }
+
+    void answer(const NextQuery& query) const {
+        for (std::size_t i = 0; i < query.rays.size(); ++i) {
+            const HitCursor& after = query.after[i];
+            Hit& next = query.hits[i];
+            next = no_hit();
+            for_each_hit(query, i, [&](const Hit& hit) {
+                const bool is_after = is_closer(after.t, after.prim_id, hit.t, hit.prim_id);
+                if (is_after && (next.prim_id == kNoPrim || is_before(hit, next))) next = hit;
+            });
+        }
+    }
+
+    void answer(const WindingQuery& query) const {
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            query.windings[i] = {};
+            const vec3 p = clipped_point(query.points[i]);
+            for_each_seen(query, i, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+                const FloatCrossing crossing = float_crossing(p, a, b, c);
+                query.windings[i].winding += crossing.is_up - crossing.is_down;
+                query.windings[i].crossings += crossing.is_up || crossing.is_down;
+                if (crossing.is_uncertain)
+                    query.uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
+            });
+        }
+    }
+
+    void answer(const ClosestQuery& query) const {
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            ClosestTriangle& closest = query.closest[i];
+            closest = {query.most_d2, kNoPrim};
+            for_each_seen(query, i, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+                const float d2 = triangle_distance2(query.points[i], a, b, c);
+                if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
+            });
+        }
+    }
+
+    void answer(const ExactClosestQuery& query) const {
+        for (std::size_t i = 0; i < query.points.size(); ++i) {
+            std::vector<NumberedTriangle> all;
+            for_each_seen(query, i, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+                all.push_back({prim_id, {a, b, c}});
+            });
+            query.closest[i] =
+                all.empty() ? NumberedTriangle{kNoPrim, {}} : exact_closest(query.exact[i], all);
+        }
+    }
+
+private:
+    template <class Query>
+    static bool sees(const Query& query, std::size_t i, std::uint32_t prim_id) {
+        return query.filter == nullptr || query.filter->sees(i, prim_id);
+    }
+
+    /// Calls visit(hit) for the hits of ray i of a query.
+    template <class Query, class Visit>
+    void for_each_hit(const Query& query, std::size_t i, Visit visit) const {
+        query.watch.throw_if_cancelled();
+        const Ray& ray = query.rays[i];
+        const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+            TriangleHit hit;
+            const bool is_hit =
+                query.crossing == Crossing::kOwner
+                    ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
+                    : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+            if (is_hit && sees(query, i, prim_id)) visit(make_hit(hit, prim_id));
+        };
+        for_each_mesh_triangle(topology_, positions_, test);
+    }
+
+    /// Calls visit(a, b, c, prim_id) for the triangles that point i of a query sees.
+    template <class Query, class Visit>
+    void for_each_seen(const Query& query, std::size_t i, Visit visit) const {
+        query.watch.throw_if_cancelled();
+        const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+            if (finite_vertices(a, b, c) && sees(query, i, prim_id)) visit(a, b, c, prim_id);
+        };
+        for_each_mesh_triangle(topology_, positions_, test);
+    }
+
+    const Topology& topology_;
+    std::span<const vec3> positions_;
+};
 
 float looseness_of(const Leaf& leaf) {
     dvec3 lower(std::numeric_limits<double>::infinity());
@@ -85,101 +183,9 @@ bool BruteTracer::occluded(const Ray& ray) const {
     return false;
 }
 
-void BruteTracer::answer(const CountQuery& query) const {
-    for (std::size_t i = 0; i < query.rays.size(); ++i) {
-        query.watch.throw_if_cancelled();
-        std::uint64_t& count = query.counts[i];
-        count = 0;
-        for_each_hit(*topology_, positions_, query.rays[i], query.crossing,
-                     [&](const Hit& hit) { count = (count + 1) | border_flag(hit); });
-    }
-}
-
-void BruteTracer::answer(const ListQuery& query) const {
-    HitLists& lists = query.lists;
-    for (std::size_t i = 0; i < query.rays.size(); ++i) {
-        query.watch.throw_if_cancelled();
-        const std::size_t first = lists.hits.size();
-        std::uint64_t flag = 0;
-        for_each_hit(*topology_, positions_, query.rays[i], query.crossing, [&](const Hit& hit) {
-            if (query.sees != nullptr && !(*query.sees)(i, hit.prim_id)) return;
-            lists.hits.push_back(hit);
-            flag |= border_flag(hit);
-        });
-        const std::size_t total = lists.hits.size() - first;
-        std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
-                  is_before);
-        const std::size_t listed = std::min<std::size_t>(total, query.most);
-        lists.hits.resize(first + listed);
-        lists.listed.push_back(static_cast<std::uint32_t>(listed));
-        lists.total.push_back(total | flag);
-    }
-}
-
-void BruteTracer::answer(const NextQuery& query) const {
-    for (std::size_t i = 0; i < query.rays.size(); ++i) {
-        query.watch.throw_if_cancelled();
-        const HitCursor& after = query.after[i];
-        Hit& next = query.hits[i];
-        next = no_hit();
-        for_each_hit(*topology_, positions_, query.rays[i], query.crossing, [&](const Hit& hit) {
-            if (query.sees != nullptr && !(*query.sees)(i, hit.prim_id)) return;
-            const bool is_after = is_closer(after.t, after.prim_id, hit.t, hit.prim_id);
-            if (is_after && (next.prim_id == kNoPrim || is_before(hit, next))) next = hit;
-        });
-    }
-}
-
-void BruteTracer::answer(const WindingQuery& query) const {
-    for (std::size_t i = 0; i < query.points.size(); ++i) {
-        query.watch.throw_if_cancelled();
-        query.windings[i] = {};
-        const vec3 p = clipped_point(query.points[i]);
-        const auto count = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-            if (!finite_vertices(a, b, c)) return;
-            if (query.sees != nullptr && !(*query.sees)(i, prim_id)) return;
-            const FloatCrossing crossing = float_crossing(p, a, b, c);
-            query.windings[i].winding += crossing.is_up - crossing.is_down;
-            query.windings[i].crossings += crossing.is_up || crossing.is_down;
-            if (crossing.is_uncertain)
-                query.uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
-        };
-        for_each_mesh_triangle(*topology_, positions_, count);
-    }
-}
-
-void BruteTracer::answer(const ClosestQuery& query) const {
-    for (std::size_t i = 0; i < query.points.size(); ++i) {
-        query.watch.throw_if_cancelled();
-        const vec3& p = query.points[i];
-        ClosestTriangle closest{query.most_d2, kNoPrim};
-        std::vector<Candidate> candidates;
-        // The exactly closest triangle is no farther than this.
-        float most = std::numeric_limits<float>::infinity();
-        const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-            if (!finite_vertices(a, b, c)) return;
-            if (query.sees != nullptr && !(*query.sees)(i, prim_id)) return;
-            const float d2 = triangle_distance2(p, a, b, c);
-            if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
-            const float size = std::max(
-                {largest_component(a - p), largest_component(b - p), largest_component(c - p)});
-            const float least = std::sqrt(d2) - kRuleExcess * size;
-            if (query.rivals == nullptr || least > most) return;
-            candidates.push_back({least, {prim_id, {a, b, c}}});
-            most = std::min(most, std::sqrt(d2) + kRuleDefect * size +
-                                      kPointRounding * (largest_component(p) + 1));
-        };
-        for_each_mesh_triangle(*topology_, positions_, test);
-        if (query.rivals == nullptr) {
-            query.closest[i] = closest;
-            continue;
-        }
-        for (const Candidate& candidate : candidates) {
-            if (closest.prim_id != kNoPrim && candidate.least <= most)
-                query.rivals->triangles.push_back(candidate.triangle);
-        }
-        query.rivals->ends.push_back(static_cast<std::uint32_t>(query.rivals->triangles.size()));
-    }
+void BruteTracer::operator()(const QueryBatch& batch) const {
+    const BruteAnswers answers(*topology_, positions_);
+    std::visit([&](const auto& query) { answers.answer(query); }, batch);
 }
 
 std::uint32_t count_steps(const Bvh& bvh, const Ray& ray, const Hit& hit) {

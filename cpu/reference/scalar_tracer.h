@@ -139,17 +139,9 @@ public:
 
     Hit intersect(const Ray& ray) const;
     bool occluded(const Ray& ray) const;
-    void operator()(const QueryBatch& batch) const {
-        std::visit([this](const auto& query) { answer(query); }, batch);
-    }
+    void operator()(const QueryBatch& batch) const;
 
 private:
-    void answer(const CountQuery& query) const;
-    void answer(const ListQuery& query) const;
-    void answer(const NextQuery& query) const;
-    void answer(const WindingQuery& query) const;
-    void answer(const ClosestQuery& query) const;
-
     const Topology* topology_;
     std::span<const vec3> positions_;
 };

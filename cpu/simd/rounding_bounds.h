@@ -21,12 +21,6 @@ inline constexpr float kNearestVertexRounding = 1 + 0x1p-14f;
 inline constexpr float kNearestVertexErrorSquare = 0x1p-20f;
 inline constexpr float kLeastNearestVertexErrorSquare = 0x1p-60f;
 
-/// The most by which the rule's distance exceeds the exact one, and falls below it. Both are parts
-/// of the triangle's largest coordinate relative to the point.
-inline constexpr float kRuleExcess = 0x5p-20f;
-inline constexpr float kRuleDefect = 0x1.8p-20f;
-/// The most by which rounding a point changes two distances, as a part of its largest coordinate.
-inline constexpr float kPointRounding = 0x1p-22f;
 /// The factor by which rounding may make the squared distance of a box too large.
 inline constexpr float kRivalRounding = 1 + 0x1p-20f;
 

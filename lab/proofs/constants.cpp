@@ -1,6 +1,7 @@
 // Prints the values behind the @names@ of the .g files: proofs are about the code's constants.
 #include <cstdio>
 
+#include "common/bvh/exact_closest.h"
 #include "common/interop/constants.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"

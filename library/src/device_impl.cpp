@@ -54,6 +54,12 @@ DeviceImpl::DeviceImpl(MakeBackend make, const CpuOptions& host)
     description_ = backend->info().description;
 }
 
+std::unique_ptr<mray::Backend> DeviceImpl::make_backend() const {
+    std::unique_ptr<mray::Backend> backend = make_();
+    if (backend->info().is_on_processor) return backend;
+    return mray::cpu::with_host_answers(std::move(backend), simd_target_);
+}
+
 Device DeviceImpl::make(MakeBackend make, const CpuOptions& host) {
     return with_public_errors([&] {
         if (host.threads < 0) throw_bad_argument("threads: must not be negative");

@@ -15,7 +15,7 @@ namespace morphray::detail {
 /// A backend holds one scene, so each scene has one of its own. Threads may share a DeviceImpl.
 class DeviceImpl {
 public:
-    /// Makes a backend for a scene; threads may call it at the same time. Throws mray::Error.
+    /// Makes a backend of a CPU or a device for a scene. Threads may call it at the same time.
     using MakeBackend = std::function<std::unique_ptr<mray::Backend>()>;
 
     /// `host`: threads and instruction set of the host's work.
@@ -32,7 +32,8 @@ public:
     const mray::SimdTarget& simd_target() const { return simd_target_; }
     mray::ThreadArena& arena() { return arena_; }
 
-    std::unique_ptr<mray::Backend> make_backend() const { return make_(); }
+    /// A backend that answers all queries. Throws mray::Error.
+    std::unique_ptr<mray::Backend> make_backend() const;
 
 private:
     MakeBackend make_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include <glm/common.hpp>
 
@@ -209,6 +210,20 @@ std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, Poin
     std::vector<std::uint32_t> order(items.size());
     for (std::size_t i = 0; i < items.size(); ++i) order[i] = items[i].index;
     return order;
+}
+
+std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total) {
+    constexpr std::size_t kSide = 8;
+    const std::size_t height = width < kSide ? 0 : total / width / kSide * kSide;
+    std::vector<std::uint32_t> places(total);
+    auto next = places.begin();
+    for (std::size_t tile = 0; tile < height; tile += kSide)
+        for (std::size_t left = 0; left < width; left += kSide)
+            for (std::size_t y = tile; y < tile + kSide; ++y)
+                for (std::size_t x = left; x < std::min(left + kSide, width); ++x)
+                    *next++ = static_cast<std::uint32_t>(y * width + x);
+    std::iota(next, places.end(), static_cast<std::uint32_t>(next - places.begin()));
+    return places;
 }
 
 }  // namespace morphray::detail

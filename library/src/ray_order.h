@@ -59,6 +59,9 @@ enum class PointOrder {
 /// Computer Oriented Geodetic Data Base. IBM, 1966). Points that are not finite come anywhere.
 std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by);
 
+/// The places of an image's rays tile after tile, which are streams; rows have `width` rays.
+std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total);
+
 /// Calls `work(i)` for each i below `count`, in this thread if `arena` is null.
 template <class Work>
 void for_each_index(mray::ThreadArena* arena, std::size_t count, const Work& work) {

@@ -93,7 +93,8 @@ void RaySpace::to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene)
     const float given[3] = {world.x, world.y, world.z};
     for (int axis = 0; axis < 3; ++axis) {
         exact[axis] = space_.length_to_scene(double{given[axis]} - space_.centre(axis));
-        const auto rounded = static_cast<float>(std::clamp(exact[axis], -kMostPoint, kMostPoint));
+        const auto rounded =
+            static_cast<float>(std::clamp(exact[axis], -mray::kMostPoint, mray::kMostPoint));
         scene[axis] = std::abs(exact[axis]) < 0x1p-60 ? 0.0f : mray::snap_coordinate(rounded);
         if (std::abs(rounded) < mray::kCoordinateOnGrid) exact[axis] = double{scene[axis]};
     }

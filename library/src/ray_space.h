@@ -3,6 +3,7 @@
 
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
+#include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 #include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/mesh_list.h"
@@ -33,9 +34,6 @@ inline float to_world_t(float t, int t_exponent) {
     return static_cast<float>(std::min(t * power, static_cast<double>(kLargest)));
 }
 
-/// Points are within twice the largest scene on each axis, or far away.
-inline constexpr double kMostPoint = 4 * double{mray::kSceneExtent};
-
 /// Added to the t_exponent of rays that were moved to the scene from far away.
 inline constexpr int kFarRay = 1 << 16;
 inline bool is_far(int t_exponent) { return t_exponent >= kFarRay / 2; }
@@ -53,7 +51,7 @@ public:
     std::optional<int> to_scene(const Ray& world, mray::Ray& scene) const;
     /// Converts at most SceneRays::kMost rays. Those that hit nothing get no interval.
     void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
-    /// Converts a finite point. Beyond kMostPoint `scene` is one on the same sides.
+    /// Converts a finite point. Beyond mray::kMostPoint `scene` is one on the same sides.
     void to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene) const;
     /// t in world space of a ray with this t_exponent, rounded to a float, at most the largest.
     float to_world_t(const Ray& world, float t, int t_exponent) const {

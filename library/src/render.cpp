@@ -145,9 +145,7 @@ public:
 
     /// Replaces each hit of a ray that is in a hole by the next one of its ray that is not.
     void follow(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) {
-        // Rays of a call. A device answers one call at a time.
-        const std::size_t grain =
-            scene_.tracer().info().answers_threads ? 256 : std::max<std::size_t>(hits.size(), 1);
+        const std::size_t grain = std::max<std::size_t>(256, scene_.tracer().info().call_size);
         using Range = tbb::blocked_range<std::size_t>;
         scene_.arena().execute([&] {
             tbb::parallel_for(

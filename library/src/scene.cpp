@@ -87,10 +87,7 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::at
       left_out_(other.left_out_) {
     options_.cancel = cancel;
     mray::Bvh tree;
-    {
-        const std::scoped_lock lock(other.mutex_);
-        other.tracer_->read_tree(tree);
-    }
+    other.tracer_->read_tree(tree);
     start(&tree);
 }
 
@@ -282,12 +279,6 @@ Update SceneImpl::to_public(const mray::TreeUpdate& update) const {
             .rebuild_ms = update.times.rebuild_ms};
 }
 
-void SceneImpl::fetch_tree() {
-    if (tracer_->info().answers_threads) return;
-    const std::scoped_lock lock(mutex_);
-    tracer_->host_tree();
-}
-
 std::span<const std::uint32_t> SceneImpl::meshes_of_subtrees() {
     if (knows_meshes_of_subtrees_) return meshes_of_subtrees_;
     const std::scoped_lock lock(mutex_);
@@ -412,7 +403,6 @@ void Scene::render(std::span<const View> views, ImageStack& stack) const {
 
 TreeStatistics Scene::tree_statistics() const {
     return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
-        const std::scoped_lock lock(scene.mutex());
         const mray::Bvh& tree = scene.tracer().host_tree();
         const mray::BvhStats stats = mray::bvh_stats(tree);
         return {stats.sah_cost, stats.node_count, stats.leaf_count,
@@ -422,7 +412,6 @@ TreeStatistics Scene::tree_statistics() const {
 
 std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
-        const std::scoped_lock lock(scene.mutex());
         const mray::Bvh& tree = scene.tracer().host_tree();
         std::vector<Box> boxes;
         const auto corner = [&](const mray::vec3& p) {

@@ -51,11 +51,9 @@ public:
     SharedRaySorter sorter;
     ImageMemory image_memory;
 
-    /// Queries lock it for a tracer that answers no threads, and for the members below.
+    /// Images lock it, and queries for the members below.
     std::mutex& mutex() const { return mutex_; }
     mray::Backend& tracer() const { return *tracer_; }
-    /// Makes the host's tree one that threads may read without the mutex, which must be free.
-    void fetch_tree();
     Update finish_update() { return to_public(updater_->finish()); }
     const mray::VertexNormals& normals();
     /// The only mesh of each subtree of the host's tree (mray::HidesSubtree), or kNoGeometry; valid

@@ -78,10 +78,14 @@ Variants vulkan_variants() {
     constexpr std::uint32_t kShortBudget = 24;
     Variants variants;
     // Making a backend takes seconds, because kernels are compiled.
-    variants.backends.push_back(gpu::make_vulkan_backend());
+    const auto add_device = [&](const gpu::Tuning& tuning) {
+        variants.backends.push_back(
+            cpu::with_host_answers(gpu::make_vulkan_backend({}, tuning), best_simd_target()));
+    };
+    add_device({});
     gpu::Tuning tuning;
     tuning.step_budget = kShortBudget;
-    variants.backends.push_back(gpu::make_vulkan_backend({}, tuning));
+    add_device(tuning);
     Backend* const device = variants.backends[0].get();
     Backend* const tuned = variants.backends[1].get();
     const Variant refitted{device, "vulkan", TreeKind::kRefitted};

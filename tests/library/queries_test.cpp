@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "library/src/query_batches.h"
+#include "common/watched_runs.h"
 #include "library/src/ray_order.h"
 #include "tests/library/answers.h"
 #include "tests/library/scenes.h"
@@ -312,13 +312,10 @@ TEST(Queries, OfRaysThatTakeLongAreAskedInShortRuns) {
     std::vector<std::size_t> runs;
     const auto run_all = [&](const Watch& watch, int us_of_ray) {
         runs.clear();
-        morphray::detail::for_runs_of(
-            0, 100, watch,
-            [&](std::size_t, std::size_t count) {
-                std::this_thread::sleep_for(std::chrono::microseconds(us_of_ray) * count);
-                runs.push_back(count);
-            },
-            100, 10);
+        for_watched_runs(0, 100, watch, 100, 10, [&](std::size_t, std::size_t count) {
+            std::this_thread::sleep_for(std::chrono::microseconds(us_of_ray) * count);
+            runs.push_back(count);
+        });
         return runs;
     };
     EXPECT_EQ(run_all(Watch(&cancel), 400), std::vector<std::size_t>(10, 10));

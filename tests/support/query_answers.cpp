@@ -42,17 +42,22 @@ Answers answers_of(const Queries& queries, const Questions& questions, Crossing 
                    std::uint32_t most) {
     Answers a;
     a.counts.resize(questions.rays.size());
-    queries(CountQuery{questions.rays, crossing, a.counts});
-    queries(ListQuery{questions.rays, crossing, most, a.lists});
+    const TriangleFilter* const filter = questions.filter_or_null();
+    queries(CountQuery{questions.rays, crossing, a.counts, {}, filter});
+    queries(ListQuery{questions.rays, crossing, most, a.lists, {}, filter});
     a.next.resize(questions.rays.size());
-    queries(NextQuery{questions.rays, questions.after, crossing, a.next});
+    queries(NextQuery{questions.rays, questions.after, crossing, a.next, {}, filter});
     a.windings.resize(questions.points.size());
-    queries(WindingQuery{questions.points, a.windings, a.uncertain});
+    queries(WindingQuery{questions.points, a.windings, a.uncertain, {}, filter});
     std::sort(a.uncertain.begin(), a.uncertain.end());
     a.closest.resize(questions.points.size());
-    queries(ClosestQuery{questions.points, kAnyDistance2, a.closest});
+    queries(ClosestQuery{questions.points, kAnyDistance2, a.closest, {}, filter});
     a.near.resize(questions.points.size());
-    queries(ClosestQuery{questions.points, questions.reach, a.near});
+    queries(ClosestQuery{questions.points, questions.reach, a.near, {}, filter});
+    if (filter == nullptr) return a;
+    const std::vector<dvec3> exact(questions.points.begin(), questions.points.end());
+    a.exact.resize(questions.points.size());
+    queries(ExactClosestQuery{questions.points, exact, kAnyDistance2, a.exact, {}, filter});
     return a;
 }
 
@@ -84,6 +89,8 @@ void visit_differences(const Answers& a, const Answers& b,
         if (!is_same(a.closest[i], b.closest[i]) || !is_same(a.near[i], b.near[i]))
             visit(Answered::kClosestPoints, i);
     }
+    for (std::size_t i = 0; i < a.exact.size(); ++i)
+        if (a.exact[i].prim_id != b.exact[i].prim_id) visit(Answered::kClosestPoints, i);
 }
 
 std::size_t count_differences(const Answers& a, const Answers& b) {

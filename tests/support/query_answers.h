@@ -26,6 +26,10 @@ struct Questions {
     std::vector<vec3> points;
     /// The squared distance up to which Answers::near are found: a part of the scene.
     float reach = 0x1p+34f;
+    /// What they see; without `sees` everything.
+    TriangleFilter filter = {};
+
+    const TriangleFilter* filter_or_null() const { return filter.sees ? &filter : nullptr; }
 };
 
 /// Questions on which answers fail; cursors are at hits that `reference` finds, or before all.
@@ -41,6 +45,8 @@ struct Answers {
     std::vector<UncertainCrossing> uncertain;
     std::vector<ClosestTriangle> closest;
     std::vector<ClosestTriangle> near;
+    /// Without a filter none, since a device itself does not know them.
+    std::vector<NumberedTriangle> exact;
 };
 
 /// Lists have at most `most` hits a ray.

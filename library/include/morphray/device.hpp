@@ -90,8 +90,8 @@ struct VulkanDeviceInfo {
 MORPHRAY_API std::vector<VulkanDeviceInfo> vulkan_devices();
 
 /// The result of a device's self-test: the answers of digest() with fewer rays, and refitted trees,
-/// compared with the CPU's bits. Rays and points touch vertices and edges, where any other rounding,
-/// fused or reordered operations show.
+/// compared with the CPU's bits. Rays and points touch vertices and edges, where any other
+/// rounding, fused or reordered operations show.
 struct DeviceCheck {
     bool passed = false;
     /// One line: device, driver, what is wrong, and what to do. Empty if the test was passed.
@@ -117,12 +117,11 @@ MORPHRAY_API DeviceCheck keep_lost_device(const std::string& device, const std::
 
 /// What digest() returns for every device: the number of this version, as README.md has it.
 MORPHRAY_API extern const std::uint64_t kDigest;
-/// Returns XXH3 (64 bits) of a device's answers about a small scene that deforms: closest, any, all
-/// and next hits, windings, insides, closest points, signed distances, the hits and pixels of images
-/// by Shading::plain, and depths of stacks. The scene is the same on every machine, so devices with one number agree in
-/// every bit of these answers. Takes about a second, on a Vulkan device some seconds more to
-/// compile kernels, and by brute force a minute. Threads may call it at the same time. Throws
-/// device_lost and limit.
+/// Returns XXH3 (64 bits) of a device's answers about a small scene that deforms: to all queries of
+/// rays and points, the hits and pixels of images by Shading::plain, and depths of stacks. The
+/// scene is the same on every machine, so devices with one number agree in every bit of these
+/// answers. Takes about a second, on a Vulkan device some seconds more to compile kernels, and by
+/// brute force a minute. Threads may call it at the same time. Throws device_lost and limit.
 MORPHRAY_API std::uint64_t digest(const Device& device);
 
 }  // namespace morphray

@@ -115,39 +115,27 @@ TEST(TreeQueries, EndAtTheRayOrPointAtWhichTheyAreCancelled) {
     }
 }
 
-/// Expects that rivals of points have the triangles that are exactly closest.
-void expect_closest_among(const Rivals& rivals, const std::vector<vec3>& points,
-                          const std::vector<std::uint32_t>& closest) {
-    ASSERT_EQ(rivals.ends.size(), points.size());
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
-        first = rivals.ends[i];
-        ASSERT_EQ(own.empty(), closest[i] == kNoPrim) << i;
-        if (own.empty() || own.front().prim_id == kNoPrim) continue;
-        ASSERT_EQ(exact_closest(dvec3(points[i]), own).prim_id, closest[i]) << i;
-    }
-}
-
-TEST(TreeQueries, FindTheExactlyClosestTriangleAmongRivalsOnEveryTarget) {
+TEST(TreeQueries, FindTheExactlyClosestTriangleOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
         for (const std::size_t groups : {std::size_t{20}, std::size_t{6}}) {
             const std::vector<vec3> points = grouped_points(scene, groups);
-            std::vector<std::uint32_t> closest;
-            for (const vec3& p : points) closest.push_back(exact_closest(bvh, dvec3(p)).prim_id);
+            std::vector<std::uint32_t> expected;
+            for (const vec3& p : points) expected.push_back(exact_closest(bvh, dvec3(p)).prim_id);
             const std::vector<dvec3> exact(points.begin(), points.end());
-            Rivals of_brute;
-            cpu::BruteTracer(scene.topology(), scene.positions())(
-                ClosestQuery{points, kAnyDistance2, {}, {}, &of_brute, exact});
-            expect_closest_among(of_brute, points, closest);
+            std::vector<NumberedTriangle> found(points.size());
+            const ExactClosestQuery query{points, exact, kAnyDistance2, found};
+            const auto expect_found = [&] {
+                for (std::size_t i = 0; i < points.size(); ++i)
+                    ASSERT_EQ(found[i].prim_id, expected[i]) << i;
+            };
+            cpu::BruteTracer(scene.topology(), scene.positions())(query);
+            expect_found();
             for (const SimdTarget& target : supported_simd_targets()) {
                 SCOPED_TRACE(std::string(named.name) + ", " + target.name);
-                Rivals rivals;
-                cpu::TreeQueries(
-                    bvh, target)(ClosestQuery{points, kAnyDistance2, {}, {}, &rivals, exact});
-                expect_closest_among(rivals, points, closest);
+                cpu::TreeQueries(bvh, target)(query);
+                expect_found();
             }
         }
     }

@@ -1,0 +1,46 @@
+#include "library/src/query_parts.h"
+
+#include <cmath>
+
+namespace morphray::detail {
+
+RayPart::RayPart(QueryPart part, std::span<const Ray> all) : QueryPart(std::move(part)) {
+    std::vector<Ray> world;
+    world.reserve(size());
+    for (const std::size_t i : numbers) world.push_back(all[i]);
+    rays.reserve(size());
+    t_exponents.reserve(size());
+    for_runs_of(0, size(), {}, [&](std::size_t first, std::size_t count) {
+        mray::cpu::SceneRays run;
+        scene.space().to_scene(std::span(world).subspan(first, count), run);
+        rays.insert(rays.end(), run.rays, run.rays + count);
+        for (std::size_t i = 0; i < count; ++i) t_exponents.push_back(run.t_exponents[2 * i + 1]);
+    });
+}
+
+RayPart::RayPart(const RayPart& other, std::span<const std::size_t> chosen)
+    : QueryPart{other.scene, other.filter, {}} {
+    for (const std::size_t i : chosen) {
+        numbers.push_back(other.numbers[i]);
+        rays.push_back(other.rays[i]);
+        t_exponents.push_back(other.t_exponents[i]);
+    }
+}
+
+void PointBlock::convert(std::size_t count) {
+    points.resize(count, mray::vec3(0, 0, 0));
+    exact.resize(count, mray::dvec3(0, 0, 0));
+    is_finite.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vec3& p = world[first + i];
+        is_finite[i] = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? 1 : 0;
+        if (is_finite[i] != 0) scene.space().to_scene(p, exact[i], points[i]);
+    }
+}
+
+PointPart::PointPart(const PointBlock& all, std::vector<std::size_t> own)
+    : QueryPart{all.scene, all.filter, std::move(own)}, block(all), points(size()) {
+    for (std::size_t i = 0; i < size(); ++i) points[i] = all.points[numbers[i] - all.first];
+}
+
+}  // namespace morphray::detail
