@@ -14,8 +14,8 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
+#include "common/scene/pose.h"
 #include "common/update/policy.h"
-#include "common/update/refit_plan.h"
 #include "common/update/replace_triangles.h"
 #include "common/update/restructure.h"
 

@@ -10,7 +10,7 @@
 #include "common/base/output_file.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
-#include "common/update/refit_plan.h"
+#include "common/scene/pose.h"
 #include "common/version.h"
 #include "library/src/scene/errors.h"
 #include "morphray/version.hpp"
