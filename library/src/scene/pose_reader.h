@@ -52,7 +52,7 @@ public:
     std::vector<LeftOut> left_out(const MeshList& meshes) const;
 
 private:
-    /// Those of a mesh in world space.
+    /// The positions of a mesh in world space.
     struct KeptPositions {
         std::vector<mray::vec3> world;
         bool any_left_out = false;
