@@ -426,8 +426,7 @@ private:
     /// Where a scalar of a vertex or face goes, if it is read.
     struct Column {
         double* number = nullptr;
-        /// The value of full colour: 1 for linear colours, more for colours of images; 0: no
-        /// colour.
+        /// The value of full colour: 1 for linear colours, more for images; 0: no colour.
         double full = 0;
     };
 
