@@ -251,7 +251,6 @@ public:
         static_assert(std::endian::native == std::endian::little);
     }
 
-    bool is_text() const { return is_text_; }
     std::string place() const { return fmt::format("{}{}", place_prefix(), line_or_byte()); }
     std::string place_prefix() const { return name_ + (is_text_ ? ":" : ": byte "); }
     std::uint64_t line_or_byte() const { return is_text_ ? line_ : file_size_ - left_at_begin_; }
