@@ -95,30 +95,21 @@ class StreamedAnimation : public Animation {
 public:
     StreamedAnimation(const std::string& name, FirstMesh first,
                       std::unique_ptr<KeyframeSource> source, const WarnFunction& warn)
-        : name_(name),
-          first_(std::move(first)),
+        : Animation(name),
+          smooth_(std::move(first.smooth)),
           source_(std::move(source)),
           warn_(warn),
-          cache_(source_->count(), topology().vertex_count) {
-        first_.faces = {};
-        std::vector<vec3> positions = std::exchange(first_.positions, {});
-        if (!positions.empty())
-            cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
-        bounds_ = reference_bounds(topology(), *keyframe(0));
+          cache_(source_->count(), first.topology.vertex_count) {
+        topology_ = std::move(first.topology);
+        smooth_corners_ = smooth_.empty() ? topology_.triangles : smooth_;
+        textures_ = std::move(first.textures);
+        origin_ = first.origin;
+        first_frame_ = source_->frame(0);
+        last_frame_ = source_->frame(source_->count() - 1);
+        if (!first.positions.empty())
+            cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(first.positions)));
+        set_bounds(*keyframe(0));
     }
-
-    const Topology& topology() const override { return first_.topology; }
-    std::span<const uvec3> smooth_corners() const override {
-        return first_.smooth.empty() ? topology().triangles : first_.smooth;
-    }
-    const SceneTextures* textures() const override {
-        return first_.textures.files.empty() ? nullptr : &first_.textures;
-    }
-    double first_frame() const override { return source_->frame(0); }
-    double last_frame() const override { return source_->frame(source_->count() - 1); }
-    Origin origin() const override { return first_.origin; }
-    WorldBounds bounds() const override { return bounds_; }
-    const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
         assert(out.size() == topology().vertex_count);
@@ -176,12 +167,10 @@ private:
         return first;
     }
 
-    const std::string name_;
-    FirstMesh first_;
+    std::vector<uvec3> smooth_;
     std::unique_ptr<KeyframeSource> source_;
     WarnFunction warn_;
     mutable KeyframeCache cache_;
-    WorldBounds bounds_;
     mutable std::mutex warn_mutex_;
 };
 
