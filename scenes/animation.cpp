@@ -8,6 +8,7 @@
 #include "scenes/gltf/gltf_animation.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"
+#include "scenes/sequence/pc2.h"
 #include "scenes/sequence/streamed_animation.h"
 
 namespace mray {

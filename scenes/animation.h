@@ -38,29 +38,29 @@ struct InsideView {
 };
 
 /// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
-/// interpolated (files) or evaluated (procedural scenes). Implementations are immutable after
-/// construction and may be used by several threads at once.
+/// interpolated (files) or evaluated (procedural scenes). Immutable after construction, so that
+/// several threads may use one at once.
 class Animation {
 public:
     virtual ~Animation() = default;
 
-    virtual const Topology& topology() const = 0;
-    virtual double first_frame() const = 0;
-    virtual double last_frame() const = 0;
+    const Topology& topology() const { return topology_; }
+    double first_frame() const { return first_frame_; }
+    double last_frame() const { return last_frame_; }
     /// Frames a second: frame f is at f / fps() seconds; nothing if the animation knows no time.
-    virtual std::optional<double> fps() const { return std::nullopt; }
+    std::optional<double> fps() const { return fps_; }
 
     /// All animations of the file, in its order.
-    virtual std::span<const NamedAnimation> animations() const { return {}; }
+    std::span<const NamedAnimation> animations() const { return animations_; }
 
     /// Three numbers a triangle: corners with one number are smooth together. Empty: all flat.
-    virtual std::span<const uvec3> smooth_corners() const { return {}; }
+    std::span<const uvec3> smooth_corners() const { return smooth_corners_; }
 
     /// The textures of the triangles, whose files have been found but not read. Null: none.
-    virtual const SceneTextures* textures() const { return nullptr; }
+    const SceneTextures* textures() const { return textures_.files.empty() ? nullptr : &textures_; }
 
     /// World space is the coordinates of the file minus this, so that floats have its digits.
-    virtual Origin origin() const { return {}; }
+    Origin origin() const { return origin_; }
 
     /// Writes the positions of all vertices, in world space. Frames are clamped to the range.
     /// Throws Error(kBadInput) for a frame that cannot be read.
@@ -68,27 +68,28 @@ public:
 
     /// Bounds of the first frame's finite vertices that triangles use and that are not left out
     /// (PoseExtent::limit()); a point at the origin if there are none. Empty without vertices.
-    virtual WorldBounds bounds() const = 0;
+    WorldBounds bounds() const { return bounds_; }
 
     /// Nothing for scenes that can be seen from outside.
-    virtual std::optional<InsideView> inside_view() const { return std::nullopt; }
+    std::optional<InsideView> inside_view() const { return inside_view_; }
 
     /// Scenes of files are shown as objects: in the middle of the image, on a ground.
-    virtual bool is_builtin() const { return false; }
+    bool is_builtin() const { return is_builtin_; }
 
     /// The scene's name in reports: the builtin's name, or the path as given.
-    virtual const std::string& name() const = 0;
+    const std::string& name() const { return name_; }
 
 protected:
-    /// bounds() from the positions of the first frame.
+    explicit Animation(const std::string& name) : name_(name) {}
+
+    /// Sets bounds() from the positions of the first frame.
     /// `part_begins`: the first vertices of its parts, ascending from 0; empty: it is one.
-    static WorldBounds reference_bounds(const Topology& topology, std::span<const vec3> first,
-                                        std::span<const std::uint32_t> part_begins = {}) {
-        const std::vector<IndexRange> used = used_vertices(topology);
+    void set_bounds(std::span<const vec3> first, std::span<const std::uint32_t> part_begins = {}) {
+        const std::vector<IndexRange> used = used_vertices(topology_);
         std::vector<WorldBounds> parts;
         for (std::size_t i = 0; i < part_begins.size(); ++i) {
             const std::uint32_t end =
-                i + 1 < part_begins.size() ? part_begins[i + 1] : topology.vertex_count;
+                i + 1 < part_begins.size() ? part_begins[i + 1] : topology_.vertex_count;
             PoseExtent part;
             for (auto range = std::ranges::upper_bound(used, part_begins[i], {}, &IndexRange::end);
                  range != used.end() && range->begin < end; ++range) {
@@ -97,9 +98,24 @@ protected:
             }
             parts.push_back(part.bounds(part.limit()));
         }
-        const WorldBounds bounds = bounds_of_parts(PoseExtent(first, used), std::move(parts));
-        return bounds.empty() && !first.empty() ? WorldBounds{{0, 0, 0}, {0, 0, 0}} : bounds;
+        bounds_ = bounds_of_parts(PoseExtent(first, used), std::move(parts));
+        if (bounds_.empty() && !first.empty()) bounds_ = {{0, 0, 0}, {0, 0, 0}};
     }
+
+    Topology topology_;
+    double first_frame_ = 0;
+    double last_frame_ = 0;
+    std::optional<double> fps_;
+    std::vector<NamedAnimation> animations_;
+    std::span<const uvec3> smooth_corners_;
+    SceneTextures textures_;
+    Origin origin_;
+    WorldBounds bounds_;
+    std::optional<InsideView> inside_view_;
+    bool is_builtin_ = false;
+
+private:
+    std::string name_;
 };
 
 /// Opens `builtin:NAME[:TRIANGLES]`, a mesh file, a folder of them, a pattern such as

@@ -34,7 +34,7 @@ public:
     const morphray::Scene& scene() const { return *scene_; }
     /// The last build or advance(); after render() with the refit that a device ran with the trace.
     const morphray::Update& update() const { return update_; }
-    /// Those of the last advance() and render(); before the first advance(), those of the build.
+    /// Times of the last advance() and render(); before the first advance(), of the build.
     FrameTimes times() const;
     /// The vertices of the mesh at the frame, in world space.
     std::span<const vec3> positions() const { return positions_; }

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "scenes/gltf/gltf_animation.h"
-#include "scenes/sequence/streamed_animation.h"
+#include "scenes/sequence/file_patterns.h"
 
 namespace mray::app {
 namespace {

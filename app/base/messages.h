@@ -125,6 +125,18 @@ private:
     std::jthread clock_;
 };
 
+/// Calls work(first, count) for batches of `total` things, until a signal arrives.
+template <class Work>
+void in_batches(const char* label, std::size_t total, const Messages& messages, const Work& work) {
+    constexpr std::size_t kBatch = std::size_t{1} << 16;
+    Progress progress(label, total, messages);
+    for (std::size_t done = 0; done < total; done += kBatch) {
+        throw_if_interrupted();
+        progress.update(done);
+        work(done, std::min(kBatch, total - done));
+    }
+}
+
 /// Writes to the file, or to stdout for "-". Throws Error(kOutput).
 void write_report(const std::string& file, std::string_view text);
 

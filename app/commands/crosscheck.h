@@ -17,7 +17,7 @@ struct CheckBatch {
     std::vector<vec3> points;
 };
 
-/// The same queries on every machine, around the mesh, its vertices, edges and triangles.
+/// Queries that no machine or run changes, around the mesh, its vertices, edges and triangles.
 CheckBatch pseudo_random_batch(const Topology& topology, std::span<const vec3> positions,
                                std::uint32_t count);
 

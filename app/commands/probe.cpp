@@ -197,11 +197,9 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     const morphray::Scene& scene = posed.scene();
     Backend& tracer = engine::backend(scene);
     const ImageParams params = engine::image_params(scene, world_view(options.view, *animation));
-    progress.reset();
     progress.emplace("tracing the image", 0, messages);
     Frame frame;
     tracer.trace_image(params, frame);
-    progress.reset();
     progress.emplace("testing all triangles", 0, messages);
 
     const std::size_t index = std::size_t{pixel.y} * params.width + pixel.x;

@@ -1,21 +1,17 @@
-// morphray profile: measures the stages of a frame, or compares policies.
+// morphray profile: measures the stages of a frame.
+#include "app/commands/profile.h"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <set>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "app/commands/commands.h"
-#include "app/report/json_parts.h"
 #include "common/bvh/bvh.h"
 #include "common/text/text.h"
-#include "common/version.h"
 #include "library/src/engine.h"
 #include "report/machine.h"
-#include "report/plot.h"
 #include "report/shell.h"
 #include "report/spread.h"
 #include "report/table.h"
@@ -24,361 +20,6 @@ namespace mray::app {
 namespace {
 
 namespace engine = morphray::engine;
-
-/// A time is taken for more than noise from this number of rounds on.
-constexpr int kEnoughRounds = 5;
-
-Json profile_head(const ProfileOptions& options, const Animation& animation,
-                  const std::vector<morphray::Device>& devices) {
-    Json json = head_of("profile", animation);
-    json["width"] = options.view.width;
-    json["height"] = options.view.height;
-    json["rays"] = name_of_rays(options.view.rays);
-    json["repeat"] = *options.repeat;
-    Json described = Json::object();
-    for (const morphray::Device& device : devices) described[device.name()] = device.description();
-    json["environment"] = {
-        {"machine", machine_name()}, {"version", kVersionDetail}, {"devices", described}};
-    return json;
-}
-
-/// "AMD EPYC, ...; cpu: avx2, 2 threads; morphray 0.2.0 (1a2b3c4d)".
-std::string environment_text(const Json& report) {
-    const Json& environment = report["environment"];
-    std::string text = environment["machine"];
-    for (const auto& [name, description] : environment["devices"].items())
-        text += fmt::format("; {}: {}", name, description.get<std::string>());
-    return fmt::format("{}; morphray {}", text, environment["version"].get<std::string>());
-}
-
-constexpr const char* kEnvironmentColumns[] = {"machine", "device", "version"};
-/// Adds the cells of a CSV row that say where it was measured.
-void add_environment(std::vector<std::string>& row, const Json& report,
-                     const std::string& backend) {
-    const Json& environment = report["environment"];
-    row.insert(row.end(),
-               {environment["machine"], environment["devices"][backend], environment["version"]});
-}
-
-struct Played {
-    double frame = 0;
-    morphray::Update update = {};
-    UpdateTimes times = {};
-    double trace_ms = 0;
-    std::uint64_t hits_hash = 0;
-};
-
-/// One policy on one backend. Its costs leave out the first build and deforming.
-struct PolicyRun {
-    std::string policy;
-    std::string backend;
-    std::vector<std::vector<Played>> rounds = {};
-    /// For each frame, its median round by cost.
-    std::vector<Played> frames = {};
-};
-
-double cost_of(const Played& frame) { return frame.times.total_ms() + frame.trace_ms; }
-
-/// The median round of each frame by cost; its step and reason are those of the last round.
-std::vector<Played> median_frames(const std::vector<std::vector<Played>>& rounds) {
-    std::vector<Played> frames = rounds.back();
-    for (std::size_t f = 0; f < frames.size(); ++f) {
-        std::vector<Played> played;
-        for (const std::vector<Played>& round : rounds) played.push_back(round[f]);
-        std::ranges::sort(played, {}, cost_of);
-        const Played& middle = played[(played.size() - 1) / 2];
-        frames[f].times = middle.times;
-        frames[f].trace_ms = middle.trace_ms;
-    }
-    return frames;
-}
-
-/// Makes one row of policies that took the same steps in every round, on one backend: with the
-/// times of the first.
-void merge_equal(std::vector<PolicyRun>& runs, std::size_t first) {
-    const auto steps_of = [](const PolicyRun& run) {
-        std::vector<morphray::Step> steps;
-        for (const std::vector<Played>& round : run.rounds)
-            for (const Played& frame : round) steps.push_back(frame.update.step);
-        return steps;
-    };
-    for (std::size_t i = first; i < runs.size(); ++i) {
-        const std::vector<morphray::Step> steps = steps_of(runs[i]);
-        for (std::size_t k = i + 1; k < runs.size();) {
-            if (steps_of(runs[k]) != steps) {
-                ++k;
-                continue;
-            }
-            runs[i].policy += ", " + runs[k].policy;
-            runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(k));
-        }
-    }
-}
-
-/// Plays the animation under one policy. Calls `on_frame` before each frame.
-std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy,
-                         const Animation& animation, const std::vector<double>& frames,
-                         const morphray::Device& device, const Messages& messages,
-                         const std::function<void()>& on_frame) {
-    morphray::View view = world_view(options.view, animation);
-    view.cancel = &interrupt_flag();
-    const TreeOptions tree = {policy, true, options.tree.build_at};
-    AnimationScene scene(device, {.view = {}, .tree = tree}, animation, frames.front(), messages);
-    // The first trace of a scene is slower than all others. The policy does not see this one.
-    Frame first;
-    engine::backend(scene.scene()).trace_image(engine::image_params(scene.scene(), view), first);
-    morphray::Image image;
-    std::vector<Played> played;
-    for (const double number : frames) {
-        scene.advance(number);
-        on_frame();
-        scene.render(view, image);
-        const bool is_built = scene.update().step == morphray::Step::build;
-        played.push_back({.frame = number,
-                          .update = scene.update(),
-                          .times = is_built ? UpdateTimes() : scene.times().update,
-                          .trace_ms = image.trace_ms,
-                          .hits_hash = image.hits_hash});
-    }
-    return played;
-}
-
-Json policy_json(const PolicyRun& run) {
-    const auto is_build = [](const Played& frame) {
-        return frame.update.step == morphray::Step::rebuild ||
-               frame.update.step == morphray::Step::swap;
-    };
-    std::vector<double> totals;
-    for (const std::vector<Played>& round : run.rounds) {
-        double& total = totals.emplace_back(0);
-        for (const Played& frame : round) total += cost_of(frame);
-    }
-    Json hashes = Json::array();
-    std::vector<double> costs;
-    for (const Played& frame : run.frames) {
-        hashes.push_back(hash_text(frame.hits_hash));
-        costs.push_back(cost_of(frame));
-    }
-    return {
-        {"policy", run.policy},
-        {"backend", run.backend},
-        {"total_ms", median(totals)},
-        {"median_frame_ms", median(costs)},
-        {"worst_frame_ms", std::ranges::max(costs)},
-        // Set below: beyond the least total of all policies on the backend, relative to it.
-        {"regret", 0.0},
-        // The trees built after the first.
-        {"rebuilds", std::ranges::count_if(run.frames, is_build)},
-        {"total", {{"least_ms", std::ranges::min(totals)}, {"most_ms", std::ranges::max(totals)}}},
-        {"hits_hashes", hashes}};
-}
-
-std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
-
-Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
-    std::vector<std::string> header = {
-        "policy",         "backend",        "frame",          "update",          "upload ms",
-        "refit ms",       "decide ms",      "restructure ms", "rebuild ms",      "trace ms",
-        "cost ratio",     "hits hash",      "reason",         "median trace ms", "lower trace ms",
-        "upper trace ms", "median cost ms", "lower cost ms",  "upper cost ms",   "rounds"};
-    header.insert(header.end(), std::begin(kEnvironmentColumns), std::end(kEnvironmentColumns));
-    Table table(std::move(header));
-    for (const PolicyRun& run : runs) {
-        for (std::size_t i = 0; i < run.frames.size(); ++i) {
-            const Played& f = run.frames[i];
-            const UpdateTimes& times = f.times;
-            std::vector<double> traces;
-            std::vector<double> costs;
-            for (const std::vector<Played>& round : run.rounds) {
-                traces.push_back(round[i].trace_ms);
-                costs.push_back(cost_of(round[i]));
-            }
-            std::vector<std::string> row = {run.policy, run.backend, fmt::format("{}", f.frame),
-                                            to_string(f.update.step)};
-            for (const double ms : {times.upload_ms, times.refit_ms, times.decide_ms,
-                                    times.restructure_ms, times.rebuild_ms, f.trace_ms})
-                row.push_back(fixed_ms(ms));
-            row.insert(row.end(), {fmt::format("{:.4f}", f.update.cost_ratio),
-                                   hash_text(f.hits_hash), f.update.reason});
-            for (const Spread& spread : {spread_of(traces), spread_of(costs)})
-                for (const double ms : {spread.median, spread.lower, spread.upper})
-                    row.push_back(fixed_ms(ms));
-            row.push_back(report["repeat"].dump());
-            add_environment(row, report, run.backend);
-            table.add(std::move(row));
-        }
-    }
-    return table;
-}
-
-/// Says which of the policies on one backend was the quickest, by ascending total.
-std::string finding_of(const std::vector<Json>& rows, int rounds) {
-    const auto text_of_row = [](const Json& row) {
-        return fmt::format("{} {:.2f} ms", row["policy"].get<std::string>(),
-                           row["total_ms"].get<double>());
-    };
-    const std::string backend = rows[0]["backend"];
-    if (rows.size() == 1) {
-        const bool merged = rows[0]["policy"].get<std::string>().find(',') != std::string::npos;
-        return fmt::format("{} on {}{}", text_of_row(rows[0]), backend,
-                           merged ? ", by the same steps" : "");
-    }
-    if (rounds < kEnoughRounds)
-        return fmt::format("too few rounds to name the quickest on {}: {}, {}", backend,
-                           text_of_row(rows[0]), text_of_row(rows[1]));
-    const auto range = [](const Json& row) -> const Json& { return row["total"]; };
-    // The first whose range of rounds meets that of the best.
-    const auto rival = std::find_if(rows.begin() + 1, rows.end(), [&](const Json& row) {
-        return range(row)["least_ms"] <= range(rows[0])["most_ms"];
-    });
-    if (rival == rows.end())
-        return fmt::format("quickest on {}: {}, then {}", backend, text_of_row(rows[0]),
-                           text_of_row(rows[1]));
-    const auto spread = [&](const Json& row) {
-        return range(row)["most_ms"].get<double>() - range(row)["least_ms"].get<double>();
-    };
-    return fmt::format("no difference found on {}: {} against {}, spread {:.2f} ms", backend,
-                       text_of_row(rows[0]), text_of_row(*rival),
-                       std::max(spread(rows[0]), spread(*rival)));
-}
-
-/// A policy is the quickest if all its rounds took less than all those of every other.
-std::string policies_sentence(const Json& report) {
-    std::map<std::string, std::vector<Json>> backends;
-    for (const Json& row : report["policies"]) backends[row["backend"]].push_back(row);
-    std::vector<std::string> findings;
-    for (auto& [backend, rows] : backends) {
-        std::ranges::stable_sort(rows, {},
-                                 [](const Json& row) { return row["total_ms"].get<double>(); });
-        findings.push_back(finding_of(rows, report["repeat"]));
-    }
-    return fmt::format("{}", fmt::join(findings, "; "));
-}
-
-std::string summary_of(const Json& report) {
-    Table table(
-        {"policy", "backend", "total", "least", "most", "median", "worst", "regret", "rebuilds"});
-    for (const Json& run : report["policies"]) {
-        const auto fixed = [](const Json& number, int digits, double scale = 1) {
-            return fmt::format("{:.{}f}", scale * number.get<double>(), digits);
-        };
-        table.add({run["policy"], run["backend"], fixed(run["total_ms"], 2),
-                   fixed(run["total"]["least_ms"], 2), fixed(run["total"]["most_ms"], 2),
-                   fixed(run["median_frame_ms"], 2), fixed(run["worst_frame_ms"], 2),
-                   fixed(run["regret"], 1, 100), run["rebuilds"].dump()});
-    }
-    const int repeat = report["repeat"];
-    return fmt::format(
-        "{}\n\n{}\n\ntimes in ms of {} round{}; total, least, most: of the rounds, the median\n"
-        "first; median, worst: of a frame; regret: beyond the least total, in %\n{}",
-        wrapped(policies_sentence(report)), wrapped(environment_text(report)), repeat,
-        repeat == 1 ? "" : "s", table.text());
-}
-
-std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
-    std::vector<plot::Panel> panels;
-    std::set<std::string> backends;
-    for (const PolicyRun& run : runs) {
-        if (!backends.insert(run.backend).second) continue;
-        const auto add = [&](const std::string& title, const char* y, const char* unit,
-                             const char* lower, const char* upper) {
-            panels.push_back({{"kind", "lines"},
-                              {"title", title + ", " + run.backend},
-                              {"x", "frame"},
-                              {"y", y},
-                              {"series", "policy"},
-                              {"xlabel", "frame"},
-                              {"ylabel", unit},
-                              {"where", "backend"},
-                              {"is", run.backend},
-                              {"lower", lower},
-                              {"upper", upper}});
-        };
-        add("trace", "median trace ms", "ms", "lower trace ms", "upper trace ms");
-        add("quality of the tree", "cost ratio", "SAH cost / that at its build", "", "");
-        add("update and trace", "median cost ms", "ms", "lower cost ms", "upper cost ms");
-    }
-    return panels;
-}
-
-std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
-                          const std::string& file) {
-    const auto text = [&](const char* key) { return report[key].dump(); };
-    const plot::Figure figure{
-        .title = policies_sentence(report),
-        .footer = fmt::format("{}, {} triangles, {}x{} pixels, {} rays; medians of {} rounds, "
-                              "bands between quartiles; "
-                              "{}",
-                              report["scene"].get<std::string>(), text("triangles"), text("width"),
-                              text("height"), report["rays"].get<std::string>(), text("repeat"),
-                              environment_text(report)),
-        .panels = panels_of(runs)};
-    return plot::draw(figure, frames_table(report, runs).csv(),
-                      lower_case(file).ends_with(".png") ? "png" : "svg");
-}
-
-/// morphray profile --policies: compares update policies over an animation.
-ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
-    if (!options.plot.empty()) {
-        const std::string name = lower_case(options.plot);
-        if (!name.ends_with(".svg") && !name.ends_with(".png"))
-            throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png",
-                        options.plot);
-        if (*options.repeat < kEnoughRounds)
-            throw Error(ErrorKind::kBadArgument,
-                        "--plot: curves need at least {} rounds; give --repeat {} or more",
-                        kEnoughRounds, kEnoughRounds);
-        plot::require_matplotlib("--plot");
-    }
-    check_reports({options.json, options.csv, options.plot});
-    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
-    const std::vector<double> frames =
-        select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kAll);
-    std::vector<PolicyRun> runs;
-    Json policies = Json::array();
-    const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
-    {
-        const std::size_t rounds = static_cast<std::size_t>(*options.repeat);
-        Progress progress("measuring",
-                          frames.size() * rounds * options.policies.size() * devices.size(),
-                          messages);
-        std::uint64_t done = 0;
-        for (const morphray::Device& device : devices) {
-            const std::string& name = device.name();
-            const auto begin_frame = [&] {
-                throw_if_interrupted();
-                progress.update(done++);
-                progress.begin(name);
-            };
-            const std::size_t first = runs.size();
-            for (const PolicySpec& policy : options.policies)
-                runs.push_back({.policy = text_of(policy), .backend = name});
-            // One animation after the other: a background build slows down its own policy alone.
-            for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
-                const std::size_t p = i % options.policies.size();
-                runs[first + p].rounds.push_back(play(options, options.policies[p], *animation,
-                                                      frames, device, messages, begin_frame));
-            }
-            merge_equal(runs, first);
-            double least = std::numeric_limits<double>::infinity();
-            for (PolicyRun& run : std::span(runs).subspan(first)) {
-                run.frames = median_frames(run.rounds);
-                policies.push_back(policy_json(run));
-                least = std::min(least, policies.back()["total_ms"].get<double>());
-            }
-            for (std::size_t i = first; i < policies.size() && least > 0; ++i)
-                policies[i]["regret"] = policies[i]["total_ms"].get<double>() / least - 1;
-        }
-    }
-    Json report = profile_head(options, *animation, devices);
-    report["policies"] = policies;
-    return write_reports(
-        ExitCode::kOk, messages,
-        {{options.json, [&] { return json_text(report); }},
-         {options.csv, [&] { return frames_table(report, runs).csv(); }},
-         {options.plot, [&] { return plot_policies(report, runs, options.plot); }}},
-        [&] { return summary_of(report); });
-}
 
 /// The caches are a small part of the time of a stage that takes longer.
 constexpr double kLongMs = 50;
@@ -570,6 +211,35 @@ Table table_of(const Json& report, const Json& rows, bool is_csv) {
 }
 
 }  // namespace
+
+Json profile_head(const ProfileOptions& options, const Animation& animation,
+                  const std::vector<morphray::Device>& devices) {
+    Json json = head_of("profile", animation);
+    json["width"] = options.view.width;
+    json["height"] = options.view.height;
+    json["rays"] = name_of_rays(options.view.rays);
+    json["repeat"] = *options.repeat;
+    Json described = Json::object();
+    for (const morphray::Device& device : devices) described[device.name()] = device.description();
+    json["environment"] = {
+        {"machine", machine_name()}, {"version", kVersionDetail}, {"devices", described}};
+    return json;
+}
+
+std::string environment_text(const Json& report) {
+    const Json& environment = report["environment"];
+    std::string text = environment["machine"];
+    for (const auto& [name, description] : environment["devices"].items())
+        text += fmt::format("; {}: {}", name, description.get<std::string>());
+    return fmt::format("{}; morphray {}", text, environment["version"].get<std::string>());
+}
+
+void add_environment(std::vector<std::string>& row, const Json& report,
+                     const std::string& backend) {
+    const Json& environment = report["environment"];
+    row.insert(row.end(),
+               {environment["machine"], environment["devices"][backend], environment["version"]});
+}
 
 ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     ProfileOptions options = given;

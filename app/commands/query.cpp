@@ -12,9 +12,6 @@
 namespace mray::app {
 namespace {
 
-// Points that are answered and written together.
-constexpr std::size_t kPointsOfBatch = std::size_t{1} << 16;
-
 constexpr Choice<morphray::Feature> kFeatures[] = {{"face", morphray::Feature::face},
                                                    {"edge", morphray::Feature::edge},
                                                    {"vertex", morphray::Feature::vertex}};
@@ -112,16 +109,10 @@ ExitCode run_command(const QueryOptions& options, const Messages& messages) {
         pose_animation(options.source, options.backend, options.frame, messages);
     call_library([&] { warn_if_open(options, posed, messages); });
     std::string text;
-    {
-        Progress progress("querying", points.size(), messages);
-        for (std::size_t done = 0; done < points.size(); done += kPointsOfBatch) {
-            throw_if_interrupted();
-            progress.update(done);
-            const std::size_t count = std::min(kPointsOfBatch, points.size() - done);
-            call_library(
-                [&] { answer(options, posed, std::span(points).subspan(done, count), text); });
-        }
-    }
+    in_batches("querying", points.size(), messages, [&](std::size_t first, std::size_t count) {
+        call_library(
+            [&] { answer(options, posed, std::span(points).subspan(first, count), text); });
+    });
     const auto finite = static_cast<std::size_t>(
         std::ranges::count_if(points, [](const auto& p) { return all_finite(p); }));
     if (finite < points.size())

@@ -15,9 +15,6 @@
 namespace mray::app {
 namespace {
 
-// Rays that are converted, traced and written together.
-constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
-
 // The reasons why a ray hits nothing in any scene.
 constexpr const char* kFaults[] = {"not finite", "without direction", "without interval",
                                    "leading past the scene from far away"};
@@ -162,17 +159,11 @@ ExitCode run_command(const TraceOptions& options, const Messages& messages) {
                     escape(input_name(options.ray_file)), unknown - excluded.begin(),
                     unknown->prim_id, triangles);
     RayTracer tracer(options, posed);
-    {
-        Progress progress("tracing", rays.size(), messages);
-        for (std::size_t done = 0; done < rays.size(); done += kRaysOfBatch) {
-            throw_if_interrupted();
-            progress.update(done);
-            const std::size_t count = std::min(kRaysOfBatch, rays.size() - done);
-            tracer.trace(std::span(rays).subspan(done, count),
-                         excluded.empty() ? std::span<const morphray::Primitive>()
-                                          : std::span(excluded).subspan(done, count));
-        }
-    }
+    in_batches("tracing", rays.size(), messages, [&](std::size_t first, std::size_t count) {
+        tracer.trace(std::span(rays).subspan(first, count),
+                     excluded.empty() ? std::span<const morphray::Primitive>()
+                                      : std::span(excluded).subspan(first, count));
+    });
     tracer.warn(messages);
     write_report(options.out, tracer.text());
     return ExitCode::kOk;

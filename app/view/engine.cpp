@@ -55,23 +55,18 @@ Engine::~Engine() {
     thread_.join();
 }
 
-void Engine::post(ImageRequest request) {
+template <class Request>
+void Engine::ask(std::optional<Request>& next, Request request) {
     {
         const std::scoped_lock lock(mutex_);
-        next_image_ = std::move(request);
+        next = std::move(request);
         if (is_refining_) cancel_ = true;
     }
     wakes_.notify_one();
 }
 
-void Engine::probe(ProbeRequest request) {
-    {
-        const std::scoped_lock lock(mutex_);
-        next_probe_ = std::move(request);
-        if (is_refining_) cancel_ = true;
-    }
-    wakes_.notify_one();
-}
+void Engine::post(ImageRequest request) { ask(next_image_, std::move(request)); }
+void Engine::probe(ProbeRequest request) { ask(next_probe_, std::move(request)); }
 
 std::unique_ptr<TracedImage> Engine::take() {
     const std::scoped_lock lock(mutex_);

@@ -85,6 +85,8 @@ private:
         morphray::Image image;
     };
 
+    template <class Request>
+    void ask(std::optional<Request>& next, Request request);
     void run();
     bool next(std::optional<ImageRequest>& image, std::optional<ProbeRequest>& probe);
     void trace(const ImageRequest& request);

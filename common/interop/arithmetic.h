@@ -116,7 +116,7 @@ SHARED Float rsqrt(Float x) {
     return y;
 }
 
-/// The same value on the coordinate grid: a multiple of 2^-40, and never -0. |x| >= 2^-17 is on it
+/// x on the coordinate grid: a multiple of 2^-40, and never -0. |x| >= 2^-17 is on it
 /// already; the rest rounds to a multiple of 2^-39, the ulp of the constant that is added.
 SHARED Float snap_coordinate(Float x) {
     PRECISE Float s = x + kCoordinateSnap;

@@ -28,7 +28,7 @@ SHARED Uint encode_channel(Float x, Float rounding) {
     return to_uint(scaled);
 }
 
-/// The same, rounding to nearest.
+/// Rounds to nearest.
 SHARED Uint encode_channel(Float x) { return encode_channel(x, broadcast(0.5f)); }
 
 /// R in bits 0-7, then G, B and 255 for opaque.
@@ -164,7 +164,7 @@ SHARED Uint encode_rgb(Float3 c, Float rounding) {
                     encode_channel(c.z, rounding));
 }
 
-/// The same, rounding to nearest.
+/// Rounds to nearest.
 SHARED Uint encode_rgb(Float3 c) { return encode_rgb(c, broadcast(0.5f)); }
 
 /// The rounding of the background's colour at pixel (x, y). The 16 pixels of a square of

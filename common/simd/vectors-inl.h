@@ -226,7 +226,7 @@ public:
             return hn::GatherIndex(kFloats, values, as_int(index_));
         }
     }
-    /// The same for values that are in kVectors registers, too: `vectors` hold `values`.
+    /// `vectors` hold `values` in kVectors registers.
     HWY_INLINE FloatVec operator()(const FloatVec* vectors, const float* values) const {
         if constexpr (kVectors == 1) {
             return hn::TableLookupLanes(vectors[0], hn::IndicesFromVec(kFloats, index_));

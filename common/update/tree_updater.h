@@ -14,8 +14,8 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
+#include "common/scene/pose.h"
 #include "common/update/policy.h"
-#include "common/update/refit_plan.h"
 #include "common/update/replace_triangles.h"
 #include "common/update/restructure.h"
 
@@ -87,7 +87,7 @@ struct TreeUpdate {
 struct TraceCost {
     double ms = 0;
     std::uint64_t rays = 0;
-    /// Those of them that are not of an image: rays and points of queries.
+    /// Rays and points of queries among them, which are not of an image.
     std::uint64_t other_rays = 0;
 };
 
@@ -160,7 +160,7 @@ private:
     int process_ = 0;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;
-    /// That of the pose that review() measured last.
+    /// Of the pose that review() measured last.
     double triangle_area_ = 0;
     std::uint32_t background_frames_left_ = 0;
 };

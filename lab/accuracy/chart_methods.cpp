@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "common/update/refit_plan.h"
+#include "common/scene/pose.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "lab/methods/paper_2007.h"

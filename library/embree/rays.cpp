@@ -296,7 +296,7 @@ struct Batch {
     }
 };
 
-/// The same for few rays on the stack, not initialized.
+/// A batch of few rays on the stack, not initialized.
 struct PacketBatch {
     PacketBatch() {}
 

@@ -1,4 +1,4 @@
-// Images: the backend traces them; the CPU shades lit ones, and those of several samples a pixel.
+// Images, from a backend that traces them: plain ones here, all others in lit_image.h.
 #pragma once
 
 #include <mutex>
@@ -17,7 +17,7 @@ struct TracedImage {
     /// Of the samples: width and height are those of the image times a pixel's side.
     mray::ImageParams params = {};
     mray::Frame samples;
-    /// The same samples with ambient-occlusion rays, if `has_sky`; else those of an image before.
+    /// `samples` with ambient-occlusion rays, if `has_sky`; else those of an image before.
     mray::Frame sky;
     bool has_sky = false;
 };
@@ -44,6 +44,5 @@ private:
 
 /// Renders a view at the pose. Throws as Scene::render().
 void render(SceneImpl& scene, const View& view, Image& image);
-void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack);
 
 }  // namespace morphray::detail

@@ -5,6 +5,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
+#include "library/src/image_stack.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {

@@ -10,7 +10,7 @@
 
 #include "common/base/output_file.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/update/refit_plan.h"
+#include "common/scene/pose.h"
 #include "common/version.h"
 #include "gpu/vulkan_backend.h"
 #include "library/src/device_impl.h"

@@ -20,49 +20,39 @@ class GltfAnimation : public Animation {
 public:
     GltfAnimation(const std::filesystem::path& path, const std::string& name,
                   const AnimationOptions& options)
-        : name_(name),
+        : Animation(name),
           file_(escape(path)),
           is_lenient_(options.lenient),
           scene_(gltf::read_gltf_scene(path, options)),
           skinning_(scene_),
-          fps_(options.fps.value_or(kDefaultFps)) {
-        const double frames = scene_.animation.seconds * fps_;
+          frames_a_second_(options.fps.value_or(kDefaultFps)) {
+        topology_ = std::move(scene_.topology);
+        smooth_corners_ = scene_.smooth;
+        textures_ = std::move(scene_.textures);
+        animations_ = std::move(scene_.animations);
+        const double frames = scene_.animation.seconds * frames_a_second_;
         const double whole = std::round(frames);
         last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
-        std::vector<vec3> first(scene_.topology.vertex_count);
+        if (last_frame_ > 0) fps_ = frames_a_second_;
+        std::vector<vec3> first(topology_.vertex_count);
         origin_ = find_origin(first);
         const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0, origin_), first);
         std::vector<std::uint32_t> begins;
         for (const gltf::PlacedSet& placed : scene_.placed_sets)
             begins.push_back(placed.first_vertex);
-        bounds_ = reference_bounds(scene_.topology, first, begins);
+        set_bounds(first, begins);
         if (bad == gltf::kNoVertex) return;
         if (!is_lenient_) throw problem(bad, 0);
         if (options.warn) options.warn({file_, bad_coordinate(bad, 0) + "; kept as it is"});
     }
 
-    const Topology& topology() const override { return scene_.topology; }
-    double first_frame() const override { return 0; }
-    double last_frame() const override { return last_frame_; }
-    std::optional<double> fps() const override {
-        return last_frame_ > 0 ? std::optional(fps_) : std::nullopt;
-    }
-    std::span<const NamedAnimation> animations() const override { return scene_.animations; }
-    std::span<const uvec3> smooth_corners() const override { return scene_.smooth; }
-    const SceneTextures* textures() const override {
-        return scene_.textures.files.empty() ? nullptr : &scene_.textures;
-    }
-    Origin origin() const override { return origin_; }
-    WorldBounds bounds() const override { return bounds_; }
-    const std::string& name() const override { return name_; }
-
     void positions(double frame, std::span<vec3> out) const override {
-        assert(out.size() == scene_.topology.vertex_count);
+        assert(out.size() == topology_.vertex_count);
         // NaN becomes the first frame.
         const double within = frame > 0 ? std::min(frame, last_frame_) : 0.0;
         const double seconds = within == last_frame_
                                    ? scene_.animation.seconds
-                                   : std::min(within / fps_, scene_.animation.seconds);
+                                   : std::min(within / frames_a_second_, scene_.animation.seconds);
         const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds, origin_), out);
         if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
     }
@@ -91,15 +81,11 @@ private:
                 Hint::kLenient};
     }
 
-    std::string name_;
     std::string file_;  // in messages
     bool is_lenient_;
     gltf::GltfScene scene_;
     gltf::Skinning skinning_;
-    double fps_;
-    double last_frame_ = 0;
-    Origin origin_;
-    WorldBounds bounds_;
+    double frames_a_second_;
 };
 
 }  // namespace

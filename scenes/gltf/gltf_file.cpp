@@ -8,6 +8,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <tuple>
 #include <type_traits>
 
 #include "common/base/input_file.h"
@@ -125,8 +126,7 @@ struct Component {
     std::uint64_t id;
     std::size_t size;
     bool is_float, is_unsigned;
-    ReadArray<float> read_floats;
-    ReadArray<std::uint32_t> read_indices;
+    std::tuple<ReadArray<float>, ReadArray<std::uint32_t>> read;
 };
 
 template <class T, class Number>
@@ -153,8 +153,7 @@ constexpr Component component_with(std::uint64_t id) {
             sizeof(T),
             std::is_floating_point_v<T>,
             std::is_unsigned_v<T>,
-            read_array<T, float>,
-            read_array<T, std::uint32_t>};
+            {read_array<T, float>, read_array<T, std::uint32_t>}};
 }
 
 constexpr Component kComponents[] = {
@@ -191,12 +190,9 @@ std::size_t width_of(const JsonAt& at) {
     at.fail("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4", quote(at.text()));
 }
 
-void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<float>& out) {
-    array.component->read_floats(array, width, normalized, out);
-}
-void read(const PackedArray& array, std::size_t width, bool normalized,
-          std::vector<std::uint32_t>& out) {
-    array.component->read_indices(array, width, normalized, out);
+template <class Number>
+void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<Number>& out) {
+    std::get<ReadArray<Number>>(array.component->read)(array, width, normalized, out);
 }
 
 /// The elements of the buffer view that `owner` refers to.

@@ -143,7 +143,7 @@ private:
     Materials& result_;
     /// Textures by image, whether they are clamped, and where alpha makes holes.
     std::map<std::tuple<std::uint32_t, bool, float>, std::uint32_t> known_;
-    /// Those that are used, by their indices; nothing for those that are left out.
+    /// Images that are used, by their indices; nothing for those that are left out.
     std::map<std::uint32_t, std::optional<TextureFile>> images_;
     WarningCount odd_, blends_;
 };

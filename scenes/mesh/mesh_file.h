@@ -20,7 +20,7 @@ struct MeshFileOptions {
     bool lenient = false;
     /// Leave out colours, material libraries, normals and textures.
     bool positions_only = false;
-    /// That of the animation; nothing: found by origin_of().
+    /// The animation's; nothing: found by origin_of().
     std::optional<Origin> origin = {};
     WarnFunction warn = {};
 };

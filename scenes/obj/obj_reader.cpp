@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <map>
 #include <set>
-#include <sstream>
 
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>
@@ -92,9 +90,6 @@ std::string_view next_word(std::string_view& rest) {
 
 constexpr Albedo kWhite = 0x00FFFFFF;
 
-/// Tells materials without Kd from black ones.
-constexpr const char* kNoColour = "Kd -1\n";
-
 /// The name of a file as a statement has it: in quotes, with "\\ " for blanks, \\ for slashes.
 std::string file_name_of(std::string_view text) {
     text = trimmed(text, kBlanks);
@@ -123,37 +118,35 @@ fs::path find_side_file(const fs::path& scene_file, const std::string& name) {
     }
 }
 
-/// A number that tinyobjloader, which adds up digits in double precision, rounds to this float.
-std::string exact(float number) { return fmt::format(" {:.9g}", number); }
-
-/// A statement Kd of three numbers from 0 to 1, or kNoColour. One number is grey.
-std::string full_colour(std::string_view words, WarningCount& clamped, const PlaceText& place) {
-    std::string channels;
-    for (int i = 0; i < 3; ++i) {
+/// The colour of a statement Kd: three numbers from 0 to 1, or one that is grey.
+std::optional<Albedo> colour_of(std::string_view words, WarningCount& clamped,
+                                const PlaceText& place) {
+    std::array<float, 3> channels = {};
+    for (std::size_t i = 0; i < channels.size(); ++i) {
         const std::string_view word = next_word(words);
-        if (i == 1 && word.empty()) return fmt::format("Kd{0}{0}{0}\n", channels);
+        if (i == 1 && word.empty()) return albedo_of(channels[0], channels[0], channels[0]);
         const std::optional<double> number = parse_double(word);
-        if (!number) return kNoColour;
-        channels += exact(static_cast<float>(channel_of(*number, 1, clamped, place)));
+        if (!number) return std::nullopt;
+        channels[i] = static_cast<float>(channel_of(*number, 1, clamped, place));
     }
-    return fmt::format("Kd{}\n", channels);
+    return albedo_of(channels[0], channels[1], channels[2]);
 }
 
-/// A statement map_Kd with all the numbers that tinyobjloader reads after an option. It replaces
-/// words that are not numbers by the default.
+/// The words of a statement map_Kd with as many numbers after an option as tinyobjloader reads.
+/// "off" stands for what is missing or no number: it then takes the default.
 std::string full_map(std::string_view words) {
     // With their largest number of words; all but the first are numbers and optional.
     constexpr std::pair<std::string_view, std::size_t> kOptions[] = {
         {"-blendu", 1}, {"-blendv", 1},     {"-bm", 1},      {"-boost", 1}, {"-cc", 1},
         {"-clamp", 1},  {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},    {"-o", 3},
         {"-s", 3},      {"-t", 3},          {"-texres", 1},  {"-type", 1}};
-    std::string full = "map_Kd";
+    std::string full;
     for (;;) {
         std::string_view rest = words;
         const std::string_view option = next_word(rest);
         const auto* const known =
             std::ranges::find(kOptions, option, &std::pair<std::string_view, std::size_t>::first);
-        if (known == std::end(kOptions)) return fmt::format("{}{}\n", full, words);
+        if (known == std::end(kOptions)) return full.append(words);
         std::string values;
         for (std::size_t i = 0; i < known->second; ++i) {
             std::string_view after = rest;
@@ -162,7 +155,8 @@ std::string full_map(std::string_view words) {
             const bool is_given = i == 0 || (number && !trimmed(after, kBlanks).empty());
             if (is_given) rest = after;
             const bool is_number = is_given && number && std::isfinite(*number);
-            values += is_number ? exact(*number) : word == "on" ? " on" : " off";
+            // As tinyobjloader rounds it to this float: it adds up digits in double precision.
+            values += is_number ? fmt::format(" {:.9g}", *number) : word == "on" ? " on" : " off";
         }
         if (option == "-clamp" || option == "-o" || option == "-s")
             full.append(" ").append(option).append(values);
@@ -170,29 +164,18 @@ std::string full_map(std::string_view words) {
     }
 }
 
-/// Adds the material that the statements describe, unless its name is known. tinyobjloader uses a
-/// kilobyte a material, so it reads them one by one.
-void add_material(const std::string& statements, const fs::path& library, MaterialMap& materials) {
-    // Versions of tinyobjloader read names with blanks differently.
-    std::string_view name = std::string_view(statements).substr(0, statements.find('\n'));
-    if (next_word(name) != "newmtl") return;
-    name = trimmed(name, kBlanks);
-    if (name.empty()) return;
-    std::istringstream stream(statements);
-    std::map<std::string, int> indices;
-    std::vector<tinyobj::material_t> read;
-    std::string ignored;
-    tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
-    const tinyobj::material_t& one = read.back();
-    const auto& kd = one.diffuse;
-    const tinyobj::texture_option_t& map = one.diffuse_texopt;
-    Material material{.map = file_name_of(one.diffuse_texname),
-                      .clamp = map.clamp,
-                      .scale = {map.scale[0], map.scale[1]},
-                      .offset = {map.origin_offset[0], map.origin_offset[1]},
-                      .library = library};
-    if (kd[0] >= 0) material.albedo = albedo_of(kd[0], kd[1], kd[2]);
-    materials.try_emplace(std::string(name), std::move(material));
+/// Reads a statement map_Kd. Options that it does not have stay as they are.
+void read_map(std::string_view words, Material& material) {
+    tinyobj::texture_option_t options = {};
+    options.clamp = material.clamp;
+    std::ranges::copy(material.scale, options.scale);
+    std::ranges::copy(material.offset, options.origin_offset);
+    std::string name;
+    if (tinyobj::ParseTextureNameAndOption(&name, &options, full_map(words).c_str()))
+        material.map = file_name_of(name);
+    material.clamp = options.clamp;
+    std::copy_n(options.scale, 2, material.scale.begin());
+    std::copy_n(options.origin_offset, 2, material.offset.begin());
 }
 
 /// Gives faces colours and textures. Texture files lie at the library's path or beside it.
@@ -544,7 +527,9 @@ private:
 
 MaterialMap read_mtl_text(std::string_view text, const fs::path& library, WarningCount& unread) {
     MaterialMap materials;
-    std::string statements;
+    // What precedes the first material, or is of one whose name is known, is read for its warnings.
+    Material ignored;
+    Material* material = &ignored;
     ObjLines lines(text, escape(library));
     const PlaceText place = [&] { return lines.place(); };
     while (!lines.at_end()) {
@@ -552,18 +537,18 @@ MaterialMap read_mtl_text(std::string_view text, const fs::path& library, Warnin
         std::string_view rest = statement;
         const std::string_view keyword = next_word(rest);
         if (keyword == "newmtl") {
-            add_material(statements, library, materials);
-            statements = fmt::format("newmtl {}\n{}", trimmed(rest, kBlanks), kNoColour);
+            const std::string name(trimmed(rest, kBlanks));
+            const auto [entry, is_new] = materials.try_emplace(name, Material{.library = library});
+            material = is_new ? &entry->second : &ignored;
         } else if (keyword == "Kd") {
-            const std::string colour = full_colour(rest, unread, place);
-            statements += colour;
-            if (colour != kNoColour) continue;
-            unread.add(place, "{} is not read; write one number or three", quote(statement));
+            material->albedo = colour_of(rest, unread, place);
+            if (!material->albedo)
+                unread.add(place, "{} is not read; write one number or three", quote(statement));
         } else if (keyword == "map_Kd") {
-            statements += full_map(rest);
+            read_map(trimmed(rest, kBlanks), *material);
         }
     }
-    add_material(statements, library, materials);
+    materials.erase("");
     return materials;
 }
 

@@ -31,9 +31,8 @@ struct Material {
 
 using MaterialMap = std::unordered_map<std::string, Material>;
 
-/// The materials of an MTL text by their names, the first of a name, as tinyobjloader reads them.
-/// `unread` counts colours that are not read, or not as they are. Throws Error(kBadInput) for
-/// binary data.
+/// The materials of an MTL text by their names, the first of a name. `unread` counts colours that
+/// are not read, or not as they are. Throws Error(kBadInput) for binary data.
 MaterialMap read_mtl_text(std::string_view text, const std::filesystem::path& library,
                           WarningCount& unread);
 

@@ -251,7 +251,6 @@ public:
         static_assert(std::endian::native == std::endian::little);
     }
 
-    bool is_text() const { return is_text_; }
     std::string place() const { return fmt::format("{}{}", place_prefix(), line_or_byte()); }
     std::string place_prefix() const { return name_ + (is_text_ ? ":" : ": byte "); }
     std::uint64_t line_or_byte() const { return is_text_ ? line_ : file_size_ - left_at_begin_; }
@@ -426,8 +425,7 @@ private:
     /// Where a scalar of a vertex or face goes, if it is read.
     struct Column {
         double* number = nullptr;
-        /// The value of full colour: 1 for linear colours, more for colours of images; 0: no
-        /// colour.
+        /// The value of full colour: 1 for linear colours, more for images; 0: no colour.
         double full = 0;
     };
 

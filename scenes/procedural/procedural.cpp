@@ -621,39 +621,30 @@ DeformingMesh make(std::uint64_t triangles, Centre centre_of) {
 // Vertices that one task moves: some 0.1 ms of work.
 constexpr std::uint32_t kGrain = 4096;
 
-void move_in_parallel(const DeformingMesh& mesh, double frame, std::span<vec3> out) {
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, mesh.topology.vertex_count, kGrain),
-                      [&](const tbb::blocked_range<std::uint32_t>& block) {
-                          mesh.move(frame, {block.begin(), block.end()}, out);
-                      });
-}
-
 class ProceduralAnimation final : public Animation {
 public:
-    ProceduralAnimation(std::string name, DeformingMesh mesh)
-        : name_(std::move(name)), mesh_(std::move(mesh)) {
-        std::vector<vec3> first(mesh_.topology.vertex_count);
-        move_in_parallel(mesh_, 0, first);
-        bounds_ = reference_bounds(mesh_.topology, first);
+    ProceduralAnimation(const std::string& name, DeformingMesh mesh)
+        : Animation(name), move_(std::move(mesh.move)) {
+        topology_ = std::move(mesh.topology);
+        smooth_corners_ = topology_.triangles;
+        last_frame_ = kLastFrame;
+        inside_view_ = mesh.inside_view;
+        is_builtin_ = true;
+        std::vector<vec3> first(topology_.vertex_count);
+        ProceduralAnimation::positions(0, first);
+        set_bounds(first);
     }
 
-    const Topology& topology() const override { return mesh_.topology; }
-    std::span<const uvec3> smooth_corners() const override { return mesh_.topology.triangles; }
-    double first_frame() const override { return 0; }
-    double last_frame() const override { return kLastFrame; }
     void positions(double frame, std::span<vec3> out) const override {
-        assert(out.size() == mesh_.topology.vertex_count);
-        move_in_parallel(mesh_, std::clamp(frame, 0.0, kLastFrame), out);
+        assert(out.size() == topology_.vertex_count);
+        using Range = tbb::blocked_range<std::uint32_t>;
+        tbb::parallel_for(Range(0, topology_.vertex_count, kGrain), [&](const Range& block) {
+            move_(std::clamp(frame, 0.0, kLastFrame), {block.begin(), block.end()}, out);
+        });
     }
-    WorldBounds bounds() const override { return bounds_; }
-    std::optional<InsideView> inside_view() const override { return mesh_.inside_view; }
-    bool is_builtin() const override { return true; }
-    const std::string& name() const override { return name_; }
 
 private:
-    std::string name_;
-    DeformingMesh mesh_;
-    WorldBounds bounds_;
+    decltype(DeformingMesh::move) move_;
 };
 
 constexpr std::array kScenes = {

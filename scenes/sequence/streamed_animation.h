@@ -1,15 +1,11 @@
-// Animations whose keyframes are read when needed: mesh files, or one with a point cache.
+// Animations whose keyframes are read when needed, from mesh files or any other source.
 #pragma once
-
-#include <filesystem>
 
 #include "scenes/animation.h"
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/sequence/file_patterns.h"
 
 namespace mray {
-
-/// Whether the name ends with .obj or .ply, in letters of either case.
-bool has_mesh_name(const std::filesystem::path& path);
 
 struct FirstMesh {
     Topology topology;
@@ -21,6 +17,9 @@ struct FirstMesh {
     /// Of keyframe 0, or empty.
     std::vector<vec3> positions;
 };
+
+/// Reads the first file of an animation, by the format of its name. Throws as open_keyframes().
+FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options);
 
 /// One file for each keyframe, or one file for all. Threads may share one.
 class KeyframeSource {
@@ -53,36 +52,9 @@ std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh f
                                             std::unique_ptr<KeyframeSource> source,
                                             const WarnFunction& warn);
 
-/// Frames are whole numbers and increase.
-struct KeyframeFile {
-    double frame = 0;
-    std::filesystem::path path;
-};
-
-/// The mesh files of a folder with names of this prefix and suffix, which differ in their last
-/// number alone and are ordered by it. The first is frame 0; the greatest common divisor of the
-/// differences is one frame. Throws Error(kBadInput), for missing files unless
-/// options.skip_missing, which warns.
-std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
-                                          const AnimationOptions& options,
-                                          const std::string& prefix = {},
-                                          const std::string& suffix = {});
-
-/// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, which stands for the frame's
-/// number. If * is a number in no name, it is any text, as in files_of_folder(). Throws Error:
-/// kBadArgument for a bad pattern, kBadInput.
-std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
-                                           const AnimationOptions& options);
-
 /// Each file is a keyframe. The first has the triangles, colours and textures; all must have its
 /// faces. Throws Error(kBadInput) for the first file alone.
 std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
                                           const std::string& name, const AnimationOptions& options);
-
-/// Each sample of a point cache is a keyframe. Throws Error(kBadInput), also for another number of
-/// points than the mesh has vertices.
-std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
-                                       const std::filesystem::path& cache, const std::string& name,
-                                       const AnimationOptions& options);
 
 }  // namespace mray

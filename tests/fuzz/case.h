@@ -11,8 +11,8 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
+#include "common/scene/pose.h"
 #include "common/scene/scene_space.h"
-#include "common/update/refit_plan.h"
 
 namespace mray::fuzz {
 

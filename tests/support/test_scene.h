@@ -5,9 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "common/backend.h"
 #include "common/scene/mesh.h"
+#include "common/scene/pose.h"
 #include "common/scene/scene_space.h"
-#include "common/update/refit_plan.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
 

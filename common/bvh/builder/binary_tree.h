@@ -87,7 +87,7 @@ BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> pos
                              const SimdTarget& target = best_simd_target(),
                              const Watch& watch = {});
 
-/// The same over triangles and, after them, parts of any kind that are left as they are: a ref's
+/// A tree over triangles and, after them, parts of any kind that are left as they are: a ref's
 /// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
 /// is a leaf of its own. The refs ascend by prim_id, and none is a pair.
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "common/update/refit_plan.h"
+#include "common/scene/pose.h"
 #include "common/version.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/options.h"

@@ -104,10 +104,10 @@ struct AllHits {
 
 /// Which windings are inside, as the fill rules of drawing programs.
 enum class FillRule {
-    /// Those that are not 0: the union of closed meshes whose triangles are counter-clockwise as
+    /// All but 0: the union of closed meshes whose triangles are counter-clockwise as
     /// seen from outside. A mesh that is turned inside out lies inside, too.
     nonzero,
-    /// Those with an odd number of crossings, whichever way triangles are turned. Where two meshes
+    /// Odd numbers of crossings, whichever way triangles are turned. Where two meshes
     /// overlap is outside.
     odd,
 };

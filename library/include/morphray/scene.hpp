@@ -42,9 +42,9 @@ struct Every {
 struct Auto {
     /// The time that an update may add, in milliseconds. 0: `budget` decides.
     double budget_ms = 0;
-    /// The same as a part of the time that refit and queries of a pose take.
+    /// The time that an update may add, as a part of that which refit and queries of a pose take.
     double budget = 0.75;
-    /// The same decisions in every run: counts of triangles and rays take the place of times.
+    /// Every run takes the same decisions: counts of triangles and rays take the place of times.
     /// Results never depend on the decisions.
     bool deterministic = false;
 };
@@ -231,7 +231,7 @@ public:
     /// as floats. Vertices that a matrix moves beyond floats are left out (Update::left_out).
     Update update(std::span<const MeshPose> poses);
     Update update(std::uint32_t geom_id, const Transform& transform);
-    /// The same as update(), but first replaces the bounds by those of all positions, as build()
+    /// As update(), but first replaces the bounds by those of all positions, as build()
     /// does without SceneOptions::bounds. Hits then have the same bits as those of a new scene of
     /// these meshes. The policy decides, as in update(), whether the tree is kept.
     Update update_with_new_bounds();
@@ -342,7 +342,7 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
-    /// The same into `image`, whose memory it uses again: for sequences of images, where allocation
+    /// Renders into `image`, whose memory it uses again: for sequences of images, where allocation
     /// takes longer than tracing. Not two calls with one image at the same time. If it throws,
     /// `image` is a valid image, but of nothing in particular.
     void render(const View& view, Image& image) const;

@@ -368,7 +368,7 @@ py::array results_for(const QueryArray& queries, const py::object& out, const py
                                           text_of(py::tuple(py::cast(queries.shape))), queries.name,
                                           text_of_shape(array)));
     if (!array.writeable()) throw py::value_error("out: the array is read-only");
-    // That of the bools, the numbers of 8 bytes, or the 4-byte numbers in fields.
+    // The alignment of bools, of numbers of 8 bytes, or of the 4-byte numbers in fields.
     const std::size_t alignment = dtype.itemsize() == 1 ? 1 : dtype.itemsize() == 8 ? 8 : 4;
     if (!is_contiguous(array) || !is_aligned(array, alignment))
         throw py::value_error(

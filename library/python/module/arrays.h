@@ -47,7 +47,7 @@ struct MeshTextures {
     std::vector<std::uint32_t> ids;
 };
 
-/// Those of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[, alpha_cutoff]]]).
+/// Reads a morphray.Textures, or a tuple (images, texcoords[, ids[, wrap[, alpha_cutoff]]]).
 /// Throws TypeError, ValueError, and Error(bad_input) for an id that is no uint32.
 MeshTextures textures_of(const py::object& textures, const std::string& name);
 

@@ -197,11 +197,14 @@ void PyScene::warn_of_points(const Update& update) {
     }
 }
 
-Update PyScene::run_change(const std::function<Update()>& change) {
+Update PyScene::run_change(const std::function<Update()>& change,
+                           const std::function<void()>& take_points) {
     Update update;
     // A signal that came after the last build has not ended it.
     cancel_build_ = false;
     run_interruptibly(cancel_build_, [&] { update = change(); });
+    if (take_points) take_points();
+    warn_of_points(update);
     return update;
 }
 
@@ -222,13 +225,9 @@ Update PyScene::update(bool takes_bounds) {
     const std::unique_lock lock = change_lock();
     std::map<std::uint32_t, py::array> points = next_points_;
     choose_origin();
-    const Update update = run_change([&] {
-        const Update made = takes_bounds ? scene_->update_with_new_bounds() : scene_->update();
-        points_.swap(points);
-        return made;
-    });
-    warn_of_points(update);
-    return update;
+    return run_change(
+        [&] { return takes_bounds ? scene_->update_with_new_bounds() : scene_->update(); },
+        [&] { points_.swap(points); });
 }
 
 Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count) {
@@ -239,27 +238,23 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
             points == points_.end() ? 0 : static_cast<std::size_t>(points->second.shape(0));
         count = all - std::min(first, all);
     }
-    const Update update = run_change([&] { return scene_->update(geom_id, first, *count); });
-    warn_of_points(update);
-    return update;
+    return run_change([&] { return scene_->update(geom_id, first, *count); });
 }
 
 Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
     const py::array array = array_of(points, "points", 3);
     const Positions positions = positions_of(array, "points");
     const std::unique_lock lock = change_lock();
-    const Update update = run_change([&] { return scene_->update(geom_id, positions); });
-    points_.insert_or_assign(geom_id, array);
-    next_points_.insert_or_assign(geom_id, array);
-    warn_of_points(update);
-    return update;
+    return run_change([&] { return scene_->update(geom_id, positions); },
+                      [&] {
+                          points_.insert_or_assign(geom_id, array);
+                          next_points_.insert_or_assign(geom_id, array);
+                      });
 }
 
 Update PyScene::update(const std::vector<MeshPose>& poses) {
     const std::unique_lock lock = change_lock();
-    const Update update = run_change([&] { return scene_->update(poses); });
-    warn_of_points(update);
-    return update;
+    return run_change([&] { return scene_->update(poses); });
 }
 
 std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {

@@ -84,8 +84,9 @@ private:
     std::unique_lock<std::shared_mutex> change_lock();
     /// Gives an empty scene the origin that its first meshes need.
     void choose_origin();
-    /// Runs `change`, which SIGINT ends.
-    Update run_change(const std::function<Update()>& change);
+    /// Runs `change`, which SIGINT ends, then `take_points` with the GIL, and warns.
+    Update run_change(const std::function<Update()>& change,
+                      const std::function<void()>& take_points = {});
     /// Warns once of points that rounding moves by more than 1e-6 of the size of their mesh, and
     /// once a mesh of points that are left out.
     void warn_of_points(const Update& update);

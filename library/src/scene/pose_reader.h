@@ -2,9 +2,9 @@
 #pragma once
 
 #include "common/base/thread_arena.h"
+#include "common/scene/pose.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
-#include "common/update/refit_plan.h"
 #include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/mesh_list.h"
 #include "morphray/scene.hpp"
@@ -52,7 +52,7 @@ public:
     std::vector<LeftOut> left_out(const MeshList& meshes) const;
 
 private:
-    /// Those of a mesh in world space.
+    /// The positions of a mesh in world space.
     struct KeptPositions {
         std::vector<mray::vec3> world;
         bool any_left_out = false;

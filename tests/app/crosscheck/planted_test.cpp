@@ -10,7 +10,7 @@
 #include "app/commands/crosscheck.h"
 #include "app/report/check_report.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/update/refit_plan.h"
+#include "common/scene/pose.h"
 #include "cpu/cpu_backend.h"
 #include "report/shell.h"
 #include "tests/support/temporary_folder.h"
