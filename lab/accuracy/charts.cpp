@@ -430,7 +430,8 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                 const FrameScore& one = method.frames[i];
                 const std::string frame = number(input.frame_numbers[i]);
                 std::string event;
-                if ((&method == &refitted && i == lost) || (&method == &refit_2007 && i == lost_2007))
+                if ((&method == &refitted && i == lost) ||
+                    (&method == &refit_2007 && i == lost_2007))
                     event = "a build lost";
                 if (&method == &automatic &&
                     (one.step == "rebuild" || one.step == "swap" || one.step == "restructure")) {

@@ -1,12 +1,12 @@
 // The tree that wins on GPUs: two boxes a node, few triangles a leaf, one ray a lane, plain floats
-// (T. Aila, S. Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009). Rays stay
-// in registers, but for kPeerRays.
+// (T. Aila, S. Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009). Rays stay in
+// registers, but for kPeerRays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
+#include "lab/methods/gpu_peer_interface.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
-#include "lab/methods/gpu_peer_interface.h"
 #include "shaders/kernel_interface.h"
 
 layout(local_size_x = kGroupSize) in;
@@ -94,9 +94,8 @@ void main() {
         return;
     }
     uvec2 tile = uvec2(gl_WorkGroupID.x % args.tile_columns, gl_WorkGroupID.x / args.tile_columns);
-    uvec2 pixel =
-        tile * kTileSize + uvec2((lane & 1u) | (lane >> 1u & 2u) | (lane >> 2u & 4u),
-                                 (lane >> 1u & 1u) | (lane >> 2u & 2u) | (lane >> 3u & 4u));
+    uvec2 pixel = tile * kTileSize + uvec2((lane & 1u) | (lane >> 1u & 2u) | (lane >> 2u & 4u),
+                                           (lane >> 1u & 1u) | (lane >> 2u & 2u) | (lane >> 3u & 4u));
     if (pixel.x >= args.params.width || pixel.y >= args.params.height) return;
     uint index = pixel.y * args.params.width + pixel.x;
     Ray ray = camera_ray(args.params.camera, pixel.x, pixel.y);
