@@ -194,9 +194,11 @@ void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record) {
 
 template <class HitRecord>
 Hit hit_of(HitRecord& record, std::size_t i) {
-    if (lane(record.hit.primID, i) == RTC_INVALID_GEOMETRY_ID) return no_hit();
-    return {lane(record.ray.tfar, i), lane(record.hit.u, i), lane(record.hit.v, i),
-            lane(record.hit.primID, i)};
+    static_assert(kNoPrim == RTC_INVALID_GEOMETRY_ID);
+    const std::uint32_t prim_id = lane(record.hit.primID, i);
+    const bool is_hit = prim_id != kNoPrim;
+    return {is_hit ? lane(record.ray.tfar, i) : 0, is_hit ? lane(record.hit.u, i) : 0,
+            is_hit ? lane(record.hit.v, i) : 0, prim_id};
 }
 
 /// By calls of a ray, of a packet, or of streams of up to kMost rays, for the cache. Records are
@@ -296,33 +298,6 @@ public:
             query.trace(scene_, record, mask.data());
             for (std::size_t i = 0; i < kPacketSize; ++i)
                 occluded[block * kPacketSize + i] = mask[i] == 0 || record.tfar[i] < 0;
-        }
-    }
-};
-
-struct EmbreePeers {
-    std::span<const EmbreeVariant> scenes;
-    const RaySet& set;
-    /// Of all, so that they are read after each trace.
-    std::shared_ptr<TraceAnswers> answers = std::make_shared<TraceAnswers>(set);
-    std::vector<Tracer> all = {};
-
-    /// `suffix` is that of Embree's functions.
-    template <class Traces>
-    void add(const char* suffix, bool one_ray = false) {
-        const bool is_incoherent = set.kind == RayKind::kDiffuse || set.kind == RayKind::kAo;
-        const bool by_tiles =
-            !one_ray && (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow);
-        for (const auto& [scene, robust, of_scene] : scenes) {
-            const std::string name =
-                fmt::format("{}{} {} {}", set.any_hit() ? "Occluded" : "Intersect", suffix,
-                            robust ? "robust" : "fast", of_scene);
-            const auto tracer = std::make_shared<const Traces>(scene, !is_incoherent);
-            Tracer& made = all.emplace_back(
-                by_tiles ? tile_tracer(name, tracer, set, answers)
-                         : batch_tracer(name, RaysAtOnce::kStream, tracer, set, answers));
-            made.group = fmt::format("embree {} {}", one_ray, robust);
-            made.at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket;
         }
     }
 };
@@ -443,17 +418,36 @@ std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices
 }
 
 std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set) {
-    using Singles = EmbreeTracer<RTCRay, RTCRayHit>;
-    EmbreePeers peers{scenes, set};
-    peers.add<Singles>("1", true);
-    if (set.kind == RayKind::kOneRay) return peers.all;
-    peers.add<EmbreeTiles>("16");
-    if (set.in_packets()) return peers.all;
-    peers.add<Singles>("1");
-    peers.add<EmbreeTracer<RTCRay4, RTCRayHit4>>("4");
-    peers.add<EmbreeTracer<RTCRay8, RTCRayHit8>>("8");
-    if (kEmbreeHasStreams) peers.add<EmbreeTracer<RTCRay, RTCRayHit, 256>>("1M");
-    return peers.all;
+    std::vector<Tracer> all;
+    const auto answers = std::make_shared<TraceAnswers>(set);
+    const bool is_incoherent = set.kind == RayKind::kDiffuse || set.kind == RayKind::kAo;
+    // `suffix` is that of Embree's functions.
+    const auto add = [&]<class Traces>(std::type_identity<Traces>, const char* suffix,
+                                       bool one_ray = false) {
+        const bool by_tiles =
+            !one_ray && (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow);
+        for (const auto& [scene, robust, of_scene] : scenes) {
+            const std::string name =
+                fmt::format("{}{} {} {}", set.any_hit() ? "Occluded" : "Intersect", suffix,
+                            robust ? "robust" : "fast", of_scene);
+            const auto tracer = std::make_shared<const Traces>(scene, !is_incoherent);
+            Tracer& made = all.emplace_back(
+                by_tiles ? tile_tracer(name, tracer, set, answers)
+                         : batch_tracer(name, RaysAtOnce::kStream, tracer, set, answers));
+            made.group = fmt::format("embree {} {}", one_ray, robust);
+            made.at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket;
+        }
+    };
+    const std::type_identity<EmbreeTracer<RTCRay, RTCRayHit>> singles;
+    add(singles, "1", true);
+    if (set.kind == RayKind::kOneRay) return all;
+    add(std::type_identity<EmbreeTiles>(), "16");
+    if (set.in_packets()) return all;
+    add(singles, "1");
+    add(std::type_identity<EmbreeTracer<RTCRay4, RTCRayHit4>>(), "4");
+    add(std::type_identity<EmbreeTracer<RTCRay8, RTCRayHit8>>(), "8");
+    if (kEmbreeHasStreams) add(std::type_identity<EmbreeTracer<RTCRay, RTCRayHit, 256>>(), "1M");
+    return all;
 }
 
 Tracer embree_tracer(const EmbreeScene& scene, const RaySet& set) {
