@@ -188,7 +188,7 @@ RaySet BenchScene::rays(RayKind kind) const {
     // As many rays in all as an image has pixels, so that each kind takes about as long.
     constexpr std::uint32_t kAoSamples = 4;
     if (kind == RayKind::kPrimary) return primary;
-    if (kind == RayKind::kOneRay) return make_row_rays(params);
+    if (kind == RayKind::kOneRay) return make_primary_rays(params, kind);
     return make_secondary_rays(primary, hits, {&topology(), positions}, kind, kAoSamples,
                                primary.rays.size());
 }

@@ -82,32 +82,25 @@ std::uint64_t count_other_triangles(std::span<const Hit> a, std::span<const Hit>
     return count;
 }
 
-RaySet make_primary_rays(const ImageParams& params) {
+RaySet make_primary_rays(const ImageParams& params, RayKind kind) {
     assert(params.width % kTileSize == 0 && params.height % kTileSize == 0);
     RaySet set;
+    set.kind = kind;
     set.params = params;
     set.params.rays = kRaysPrimary;
     set.rays.reserve(std::size_t{params.width} * params.height);
+    const auto add = [&](std::uint32_t x, std::uint32_t y) {
+        set.rays.push_back(camera_ray(params.camera, x, y));
+    };
     const cpu::ImageTiles tiles(params.width, params.height, kTileSize);
-    for (std::uint32_t i = 0; i < tiles.count(); ++i) {
-        for_each_pixel(tiles[i], [&](std::uint32_t x, std::uint32_t y) {
-            set.rays.push_back(camera_ray(params.camera, x, y));
-        });
+    for (std::uint32_t i = 0; kind == RayKind::kPrimary && i < tiles.count(); ++i) {
+        for_each_pixel(tiles[i], add);
         set.close_tile(tiles[i]);
     }
-    return set;
-}
-
-RaySet make_row_rays(const ImageParams& params) {
-    RaySet set;
-    set.kind = RayKind::kOneRay;
-    set.params = params;
-    set.params.rays = kRaysPrimary;
-    for (std::uint32_t y0 = 0; y0 < params.height; y0 += kTileSize) {
-        for (std::uint32_t y = y0; y < y0 + kTileSize; ++y)
-            for (std::uint32_t x = 0; x < params.width; ++x)
-                set.rays.push_back(camera_ray(params.camera, x, y));
-        set.close_tile({0, y0, params.width, y0 + kTileSize});
+    for (std::uint32_t y = 0; kind == RayKind::kOneRay && y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x) add(x, y);
+        const std::uint32_t end = y + 1;
+        if (end % kTileSize == 0) set.close_tile({0, end - kTileSize, params.width, end});
     }
     return set;
 }

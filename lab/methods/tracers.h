@@ -75,11 +75,8 @@ struct RaySet {
     void close_tile(const cpu::Tile& tile);
 };
 
-/// params.width and height must be multiples of kTileSize.
-RaySet make_primary_rays(const ImageParams& params);
-
-/// The camera's rays row by row: single rays.
-RaySet make_row_rays(const ImageParams& params);
+/// params.width and height must be multiples of kTileSize. kOneRay: row by row.
+RaySet make_primary_rays(const ImageParams& params, RayKind kind = RayKind::kPrimary);
 
 /// Rays from the `hits` of `primary`: shadow rays, diffuse ones (one a pixel) or ambient occlusion
 /// (`samples` a pixel). If they could be more than `most_rays`, only every n-th tile has rays, for
