@@ -3,13 +3,15 @@
 #include <fmt/format.h>
 
 #include "common/scene/pose.h"
-#include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "lab/methods/paper_2007.h"
 #include "lab/methods/report.h"
 #include "lab/methods/rules.h"
 #ifdef MORPHRAY_EMBREE
 #include "lab/methods/embree.h"
+#endif
+#ifdef MORPHRAY_HAS_VULKAN
+#include "lab/methods/gpu_peer.h"
 #endif
 
 namespace mray::lab {
@@ -52,6 +54,8 @@ TileRange brute_tiles(const ChartScene& scene, const RaySet& set) {
     return {first, std::min(set.tiles.size(), first + count)};
 }
 
+#ifdef MORPHRAY_HAS_VULKAN
+/// By one call of all rays.
 Tracer device_tracer(const std::function<void(const RayBatch&)>& trace, const RaySet& set) {
     const auto answers = std::make_shared<TraceAnswers>(set);
     return {.name = "",
@@ -60,17 +64,40 @@ Tracer device_tracer(const std::function<void(const RayBatch&)>& trace, const Ra
                     if (range.begin == range.end) return;
                     const std::size_t first = set.tiles[range.begin].begin;
                     const std::size_t count = set.tiles[range.end - 1].end - first;
-                    const auto some = [&](auto& all) {
-                        return std::span(all).subspan(all.empty() ? 0 : first,
-                                                      all.empty() ? 0 : count);
-                    };
-                    trace({std::span(set.rays).subspan(first, count), some(answers->hits),
-                           some(answers->occluded)});
+                    RayBatch batch{std::span(set.rays).subspan(first, count)};
+                    if (set.any_hit()) {
+                        batch.occluded = std::span(answers->occluded).subspan(first, count);
+                    } else {
+                        batch.hits = std::span(answers->hits).subspan(first, count);
+                    }
+                    trace(batch);
                 },
             .answers = [answers] { return *answers; }};
 }
+#endif
 
 }  // namespace
+
+std::vector<ChartDevice> open_devices() {
+    std::vector<ChartDevice> devices;
+#ifdef MORPHRAY_HAS_VULKAN
+    try {
+        for (const gpu::DeviceInfo& info : gpu::list_devices()) {
+            if (!info.unusable.empty()) continue;
+            gpu::VulkanConfig config;
+            config.device = std::to_string(info.index);
+            const auto shared = gpu::open_device(config);
+            // Without "(LLVM 15.0.6, 256 bits)"; the footer has all.
+            devices.push_back({info.name.substr(0, info.name.find(" (")),
+                               fmt::format("{} ({})", info.name, info.driver), shared,
+                               gpu::make_backend_on(shared)});
+        }
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kUnavailable) throw;
+    }
+#endif
+    return devices;
+}
 
 MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice>& devices) {
     const auto peers = std::make_shared<const Peers>(scene);
@@ -79,10 +106,12 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
     return [&scene, devices, peers](const ChartRays& rays) {
         const RaySet& ours = rays.scene_space;
         const RaySet& theirs = rays.world_space;
-        std::vector<ChartTracer> tracers;
-        const auto add = [&](std::string method, std::string family, bool slow,
-                             const Tracer& tracer) {
-            tracers.push_back({std::move(method), std::move(family), slow, tracer, ours.whole()});
+        std::vector<Tracer> tracers;
+        const auto add = [&](std::string method, const char* family, bool slow, Tracer tracer) {
+            tracer.name = std::move(method);
+            tracer.group = family;
+            tracer.slow = slow;
+            tracers.push_back(std::move(tracer));
         };
         using Brute = cpu::OneByOne<cpu::BruteTracer>;
         const cpu::BruteTracer brute(scene.topology, scene.scene_space.positions);
@@ -97,6 +126,7 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
                             tracer.name == "single" ? "" : "s"),
                 "ours", !packets, tracer);
         }
+#ifdef MORPHRAY_HAS_VULKAN
         for (const ChartDevice& device : devices) {
             const auto trace = [backend = device.backend](const RayBatch& to) {
                 backend->trace(to);
@@ -104,10 +134,16 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
             add("Vulkan " + device.name, "Vulkan", true, device_tracer(trace, ours));
             // The peer's kernel for rays in memory finds closest hits only.
             if (theirs.any_hit() || peers->gpu_tree.nodes.size() < 2) continue;
-            const auto find_hits = [peer = device.make_peer(peers->gpu_tree, theirs.rays.size())](
-                                       const RayBatch& to) { peer(to.rays, to.hits); };
+            const auto find_hits =
+                [peer = std::make_shared<GpuPeer>(device.device, peers->gpu_tree, ImageParams{},
+                                                  theirs.rays.size())](const RayBatch& to) {
+                    peer->set_rays(to.rays);
+                    peer->trace(kPeerRays);
+                    peer->read_hits(to.hits);
+                };
             add("GPU peer " + device.name, "GPU peer", true, device_tracer(find_hits, theirs));
         }
+#endif
         if (ours.in_packets())
             add("2007 packets", "2007", false, paper_tracer(peers->tree, theirs));
 #ifdef MORPHRAY_EMBREE
@@ -125,8 +161,6 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
         return tracers;
     };
 }
-
-bool in_scene_space(const std::string& family) { return family == "ours" || family == "Vulkan"; }
 
 std::string embree_name() {
 #ifdef MORPHRAY_EMBREE
@@ -149,22 +183,22 @@ std::vector<ChartPoint> measure(const ChartScene& scene, const MakeTracers& make
         rays.world_space = to_world(rays.scene_space, scene.space);
         const Judge our_judge(our_referee, rays.scene_space);
         const Judge their_judge(their_referee, rays.world_space);
-        const std::vector<ChartTracer> tracers = make_tracers(rays);
+        const std::vector<Tracer> tracers = make_tracers(rays);
         if (points.empty())
-            for (const ChartTracer& one : tracers)
-                points.push_back({kind, one.method, one.family, {}});
+            for (const Tracer& one : tracers) points.push_back({kind, one.name, one.group, {}});
         std::vector<std::vector<double>> times(tracers.size());
         for (std::size_t turn = 0; turn < effort.rounds * tracers.size(); ++turn) {
             const std::size_t at = (turn + chunk) % tracers.size();
-            const ChartTracer& one = tracers[at];
+            const Tracer& one = tracers[at];
+            const TileRange tiles = one.tiles.value_or(rays.scene_space.whole());
             // Slow methods take chunks from all of the run.
             if (one.slow && chunk % (effort.chunks / effort.slow_chunks) != 0) continue;
             // To warm up.
-            one.tracer.trace({one.tiles.begin, std::min(one.tiles.begin + 2, one.tiles.end)});
-            times[at].push_back(timed([&] { one.tracer.trace(one.tiles); }));
+            one.trace({tiles.begin, std::min(tiles.begin + 2, tiles.end)});
+            times[at].push_back(timed([&] { one.trace(tiles); }));
             if (times[at].size() < effort.rounds) continue;
-            const Judge& judge = in_scene_space(one.family) ? our_judge : their_judge;
-            Score score = judge.score(one.tracer.answers(), one.tiles);
+            const Judge& judge = in_scene_space(one.group) ? our_judge : their_judge;
+            Score score = judge.score(one.answers(), tiles);
             for (const double ms : times[at]) {
                 score.ms = ms;
                 if (score.rays > 0) score.mrays.push_back(score.mrays_per_second());

@@ -6,7 +6,10 @@
 #include "common/backend.h"
 #include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/score.h"
-#include "lab/methods/peer_tree.h"
+
+namespace mray::gpu {
+struct SharedDevice;
+}
 
 namespace mray::lab {
 
@@ -16,32 +19,21 @@ struct ChartRays {
     RaySet world_space;
 };
 
-/// A method with a way to trace these rays.
-struct ChartTracer {
-    std::string method;
-    /// "ours", "Vulkan", "GPU peer", "2007", "Embree fast", "Embree robust" or "rules".
-    std::string family;
-    /// Methods that are slow trace fewer rays than the others.
-    bool slow;
-    Tracer tracer;
-    /// Of a chunk; a few for brute force.
-    TileRange tiles;
-};
-
 /// A device, its name in charts, and in full with its driver.
 struct ChartDevice {
     std::string name;
     std::string detail;
+    std::shared_ptr<gpu::SharedDevice> device;
     std::shared_ptr<Backend> backend;
-    /// Finds closest hits by the GPU peer over a tree that outlives it; takes up to `most_rays`.
-    using TraceRays = std::function<void(std::span<const Ray>, std::span<Hit>)>;
-    std::function<TraceRays(const PeerTree& tree, std::size_t most_rays)> make_peer;
 };
+
+/// All Vulkan devices that can be used, lavapipe among them.
+std::vector<ChartDevice> open_devices();
 
 /// Makes the methods' tracers of some rays, which outlive them; methods come in the same order each
 /// time. Methods of Embree share the memory of their answers, so that these are read after each
 /// trace.
-using MakeTracers = std::function<std::vector<ChartTracer>(const ChartRays&)>;
+using MakeTracers = std::function<std::vector<Tracer>(const ChartRays&)>;
 
 /// All methods that have a way for rays of a kind, over a scene that outlives them. Hands the scene
 /// to the devices.
@@ -77,7 +69,9 @@ struct ChartPoint {
 
 /// True if methods of a family trace scene space, as the program's own do; others trace world
 /// space.
-bool in_scene_space(const std::string& family);
+inline bool in_scene_space(const std::string& family) {
+    return family == "ours" || family == "Vulkan";
+}
 
 /// Speed and accuracy of all methods, each by the same calls with the same rays. Methods trace in
 /// turn, so that a disturbance affects all. Calls `done` after each chunk.

@@ -24,6 +24,10 @@ public:
     double real(double lower, double upper) {
         return lower + (upper - lower) * static_cast<double>(bits_() >> 11) * 0x1p-53;
     }
+    /// In [-reach, reach) on each axis.
+    dvec3 point(double reach) {
+        return dvec3{real(-reach, reach), real(-reach, reach), real(-reach, reach)};
+    }
 
 private:
     std::mt19937_64 bits_;
@@ -134,10 +138,8 @@ RayGrid make_grid(const ChartScene& scene, Random& random, std::size_t number) {
     const dvec3 target =
         (dvec3(positions[t.x]) + dvec3(positions[t.y]) + dvec3(positions[t.z])) / 3.0;
     const double reach = kReach[number % 4] * kSceneExtent;
-    dvec3 org;
-    for (int axis = 0; axis < 3; ++axis)
-        org[axis] = (number % 4 == 0 ? target[axis] : 0) + random.real(-reach, reach);
-    org = dvec3(shared_point(scene.space, vec3(org)));
+    const dvec3 around = number % 4 == 0 ? target : dvec3(0, 0, 0);
+    const dvec3 org(shared_point(scene.space, vec3(around + random.point(reach))));
     const dvec3 forward = direction_of(target - org);
     // Pixels of the size of a triangle, half or a quarter of it.
     const double size = glm::length(dvec3(positions[t.y]) - dvec3(positions[t.x])) /
@@ -201,9 +203,7 @@ RaySet rays_in_any_order(const ChartScene& scene, std::size_t chunk, std::size_t
         const double reach = i % 2 == 0 ? 3 * kSceneExtent : kSceneExtent;
         const vec3 target(corner + u * (dvec3(positions[t.y]) - corner) +
                           v * (dvec3(positions[t.z]) - corner));
-        vec3 org;
-        for (int axis = 0; axis < 3; ++axis)
-            org[axis] = static_cast<float>(random.real(-reach, reach));
+        vec3 org(random.point(reach));
         const bool along = i % kAlongAxis == kAlongAxis - 1;
         const auto axis = static_cast<int>(i / kAlongAxis % 3);
         if (along) {
@@ -241,8 +241,7 @@ ChartInput needles() {
     ChartInput made{"needles", {}, {}};
     Random random(1);
     for (std::uint32_t i = 0; i < 400; ++i) {
-        dvec3 base;
-        for (int axis = 0; axis < 3; ++axis) base[axis] = random.real(-1, 1);
+        const dvec3 base = random.point(1);
         // The tips point to the default camera.
         const dvec3 tip = base + random.real(0.3, 0.6) * (dvec3(2, 2, 5) - base);
         for (const dvec3& p : {base, base + dvec3(1e-4, 1e-4, 0), tip})

@@ -210,26 +210,59 @@ public:
     bool needs_tree_cost() const override { return true; }
 };
 
+/// Rays whose speed counts, and rays that are hard to answer.
+constexpr std::array kFrameKinds = {RayKind::kPrimary, RayKind::kAimed};
+
+/// What one way to update a tree does in one frame.
+struct FrameScore {
+    double update_ms = 0;
+    std::string step;
+    /// By kind.
+    std::array<Score, kFrameKinds.size()> scores = {};
+
+    /// An update and a trace of camera rays.
+    double ms() const { return update_ms + scores[0].ms; }
+};
+
 /// A tree that follows the frames, and packets over it.
 struct Updated {
-    std::string method;
-    std::string family;
+    const char* method;
+    const char* family;
     /// Brings the tree to the frame, and returns how. This is timed.
     std::function<std::string(const ChartScene& frame)> update;
     std::function<Tracer(const ChartRays& rays)> tracer;
     /// Is told the frame's trace of camera rays.
     std::function<void(const Score&)> done = [](const Score&) {};
+    std::vector<FrameScore> frames = {};
+
+    bool is_unsure() const {
+        const auto disturbed = [](const FrameScore& frame) {
+            return is_disturbed(frame.scores[0].speed());
+        };
+        return 4 * std::ranges::count_if(frames, disturbed) > std::ssize(frames);
+    }
+    /// "3 of 10.5 million".
+    std::string wrong() const {
+        std::uint64_t wrong = 0, rays = 0;
+        for (const FrameScore& frame : frames) {
+            for (const Score& score : frame.scores) {
+                wrong += score.wrong();
+                rays += score.rays;
+            }
+        }
+        return fmt::format("{} of {}", wrong, count_text(rays));
+    }
 };
 
 /// The topology outlives it.
-Updated ours(std::string method, const Topology& topology, const ChartScene& first,
+Updated ours(const char* method, const Topology& topology, const ChartScene& first,
              std::unique_ptr<UpdatePolicy> policy) {
     const auto pose = std::make_shared<Pose>(first.scene_space.positions);
     const std::shared_ptr<Backend> backend = cpu::make_cpu_backend();
     const auto updater =
         std::make_shared<TreeUpdater>(topology, *pose, *backend, std::move(policy), BuildConfig{},
                                       UpdateConfig{}, &first.scene_space.bvh);
-    return {std::move(method), "ours",
+    return {method, "ours",
             [pose, backend, updater](const ChartScene& frame) {
                 pose->move_to(frame.scene_space.positions);
                 return std::string(name_of(updater->update().step));
@@ -242,10 +275,10 @@ Updated ours(std::string method, const Topology& topology, const ChartScene& fir
             }};
 }
 
-Updated of_2007(std::string method, const ChartScene& first, bool rebuilds) {
+Updated of_2007(const char* method, const ChartScene& first, bool rebuilds) {
     const auto tree =
         std::make_shared<PeerTree>(build_paper_tree(first.topology, first.scene_space.positions));
-    return {std::move(method), "2007",
+    return {method, "2007",
             [tree, rebuilds](const ChartScene& frame) {
                 if (rebuilds) *tree = build_paper_tree(frame.topology, frame.scene_space.positions);
                 refit(*tree, frame.topology, frame.world_space.positions);
@@ -254,30 +287,60 @@ Updated of_2007(std::string method, const ChartScene& first, bool rebuilds) {
             [tree](const ChartRays& rays) { return paper_tracer(*tree, rays.world_space); }};
 }
 
-/// Rays whose speed counts, and rays that are hard to answer.
-constexpr std::array kFrameKinds = {RayKind::kPrimary, RayKind::kAimed};
-
-/// What one way to update a tree does in one frame.
-struct FrameScore {
-    double update_ms = 0;
-    std::string step;
-    /// By kind.
-    std::array<Score, kFrameKinds.size()> scores;
-
-    /// An update and a trace of camera rays.
-    double ms() const { return update_ms + scores[0].ms; }
-};
+/// All ways to update a tree over the frames of an animation.
+std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput& input) {
+    std::vector<Updated> methods;
+    const Effort effort{.chunk_rays = context.effort.chunk_rays, .rounds = 5};
+    WorldBounds bounds;
+    for (const std::vector<vec3>& frame : input.frames)
+        bounds.extend(chart_bounds(input.topology, frame));
+    for (const std::vector<vec3>& frame : input.frames) {
+        const ChartScene scene = make_chart_scene(input.topology, frame, bounds);
+        if (methods.empty()) {
+            const auto add = [&](const char* method, std::unique_ptr<UpdatePolicy> policy) {
+                methods.push_back(ours(method, input.topology, scene, std::move(policy)));
+            };
+            add("refit", make_update_policy({.kind = PolicyKind::kRefit}));
+            add("restructure", std::make_unique<RestructureAlways>());
+            add("rebuild", make_update_policy({.kind = PolicyKind::kRebuild}));
+            add("auto", make_update_policy({.kind = PolicyKind::kAuto}));
+            methods.push_back(of_2007("2007 refit", scene, false));
+            methods.push_back(of_2007("2007 rebuild", scene, true));
+        }
+        for (Updated& method : methods) {
+            FrameScore& one = method.frames.emplace_back();
+            one.update_ms = timed([&] { one.step = method.update(scene); });
+        }
+        const auto tracers = [&](const ChartRays& rays) {
+            std::vector<Tracer> made;
+            for (const Updated& method : methods) {
+                Tracer& tracer = made.emplace_back(method.tracer(rays));
+                tracer.name = method.method;
+                tracer.group = method.family;
+            }
+            return made;
+        };
+        for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind) {
+            const std::vector<ChartPoint> points =
+                measure(scene, tracers, kFrameKinds[kind], effort, [] {});
+            for (std::size_t i = 0; i < methods.size(); ++i)
+                methods[i].frames.back().scores[kind] = points[i].score;
+        }
+        for (const Updated& method : methods) method.done(method.frames.back().scores[0]);
+        context.done();
+    }
+    return methods;
+}
 
 /// The frame by which the traces of the refitted tree have lost more time than a build takes; all
 /// frames if there is none.
-std::size_t lost_build(std::span<const std::vector<FrameScore>> scores, std::size_t refitted,
-                       std::size_t rebuilt) {
+std::size_t lost_build(const Updated& refitted, const Updated& rebuilt) {
     double lost = 0;
-    for (std::size_t i = 0; i < scores.size(); ++i) {
-        lost += scores[i][refitted].scores[0].ms - scores[i][rebuilt].scores[0].ms;
-        if (lost > scores[i][rebuilt].update_ms) return i;
+    for (std::size_t i = 0; i < rebuilt.frames.size(); ++i) {
+        lost += refitted.frames[i].scores[0].ms - rebuilt.frames[i].scores[0].ms;
+        if (lost > rebuilt.frames[i].update_ms) return i;
     }
-    return scores.size();
+    return rebuilt.frames.size();
 }
 
 }  // namespace
@@ -349,92 +412,41 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
 
 Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                         const std::string& suffix) {
-    std::vector<Updated> methods;
-    std::vector<std::vector<FrameScore>> scores;
-    const Effort effort{.chunk_rays = context.effort.chunk_rays, .rounds = 5};
-    WorldBounds bounds;
-    for (const std::vector<vec3>& frame : input.frames)
-        bounds.extend(chart_bounds(input.topology, frame));
-    for (const std::vector<vec3>& frame : input.frames) {
-        const ChartScene scene = make_chart_scene(input.topology, frame, bounds);
-        if (methods.empty()) {
-            const auto add = [&](const char* method, std::unique_ptr<UpdatePolicy> policy) {
-                methods.push_back(ours(method, input.topology, scene, std::move(policy)));
-            };
-            add("refit", make_update_policy({.kind = PolicyKind::kRefit}));
-            add("restructure", std::make_unique<RestructureAlways>());
-            add("rebuild", make_update_policy({.kind = PolicyKind::kRebuild}));
-            add("auto", make_update_policy({.kind = PolicyKind::kAuto}));
-            methods.push_back(of_2007("2007 refit", scene, false));
-            methods.push_back(of_2007("2007 rebuild", scene, true));
-        }
-        std::vector<FrameScore>& one = scores.emplace_back(methods.size());
-        for (std::size_t i = 0; i < methods.size(); ++i)
-            one[i].update_ms = timed([&] { one[i].step = methods[i].update(scene); });
-        const auto tracers = [&](const ChartRays& rays) {
-            std::vector<ChartTracer> made;
-            for (const Updated& method : methods)
-                made.push_back({method.method, method.family, false, method.tracer(rays),
-                                rays.scene_space.whole()});
-            return made;
-        };
-        for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind) {
-            const std::vector<ChartPoint> points =
-                measure(scene, tracers, kFrameKinds[kind], effort, [] {});
-            for (std::size_t i = 0; i < methods.size(); ++i) one[i].scores[kind] = points[i].score;
-        }
-        for (std::size_t i = 0; i < methods.size(); ++i) methods[i].done(one[i].scores[0]);
-        context.done();
-    }
-    constexpr std::size_t kRefit = 0, kRebuild = 2, kAuto = 3, kRefit2007 = 4, kRebuild2007 = 5;
-    const auto is_unsure = [&](std::size_t method) {
-        return 4 * std::ranges::count_if(scores,
-                                         [&](const std::vector<FrameScore>& one) {
-                                             return is_disturbed(one[method].scores[0].speed());
-                                         }) >
-               std::ssize(scores);
-    };
-    const bool unsure =
-        std::ranges::any_of(std::array{kRefit, kRebuild, kRefit2007, kRebuild2007}, is_unsure);
-    const std::size_t never = scores.size();
-    const std::size_t lost = unsure ? never : lost_build(scores, kRefit, kRebuild);
-    const std::size_t lost_2007 = unsure ? never : lost_build(scores, kRefit2007, kRebuild2007);
+    const std::vector<Updated> methods = follow_frames(context, input);
+    const Updated &refitted = methods[0], &rebuilt = methods[2], &automatic = methods[3],
+                  &refit_2007 = methods[4], &rebuild_2007 = methods[5];
+    const bool unsure = refitted.is_unsure() || rebuilt.is_unsure() || refit_2007.is_unsure() ||
+                        rebuild_2007.is_unsure();
+    const std::size_t never = input.frames.size();
+    const std::size_t lost = unsure ? never : lost_build(refitted, rebuilt);
+    const std::size_t lost_2007 = unsure ? never : lost_build(refit_2007, rebuild_2007);
     Table table =
         table_with({"kind", "frame", "method", "family", "update [ms]", "frame [ms]", "event"});
     std::vector<std::string> remedies;
-    std::vector<std::uint64_t> wrong(methods.size());
-    std::uint64_t rays = 0;
     for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind) {
         // Curves are made of rows that follow each other.
-        for (std::size_t k = 0; k < methods.size(); ++k) {
-            for (std::size_t i = 0; i < scores.size(); ++i) {
-                const FrameScore& one = scores[i][k];
-                const Score& score = one.scores[kind];
-                wrong[k] += score.wrong();
-                if (k == 0) rays += score.rays;
+        for (const Updated& method : methods) {
+            for (std::size_t i = 0; i < never; ++i) {
+                const FrameScore& one = method.frames[i];
+                const std::string frame = number(input.frame_numbers[i]);
                 std::string event;
-                if (i == (k == kRefit ? lost : k == kRefit2007 ? lost_2007 : never))
+                if ((&method == &refitted && i == lost) ||
+                    (&method == &refit_2007 && i == lost_2007))
                     event = "a build lost";
-                if (k == kAuto &&
+                if (&method == &automatic &&
                     (one.step == "rebuild" || one.step == "swap" || one.step == "restructure")) {
                     event = one.step;
-                    if (kind == 0)
-                        remedies.push_back(
-                            fmt::format("{} ({})", number(input.frame_numbers[i]), one.step));
+                    if (kind == 0) remedies.push_back(fmt::format("{} ({})", frame, one.step));
                 }
-                add_row(
-                    table,
-                    {name_of(kFrameKinds[kind]), number(input.frame_numbers[i]), methods[k].method,
-                     methods[k].family, number(one.update_ms), number(one.ms()), event},
-                    score);
+                add_row(table,
+                        {name_of(kFrameKinds[kind]), frame, method.method, method.family,
+                         number(one.update_ms), number(one.ms()), event},
+                        one.scores[kind]);
             }
         }
     }
     const auto when = [&](std::size_t frame) {
         return frame == never ? "in no frame" : "by frame " + number(input.frame_numbers[frame]);
-    };
-    const auto wrong_text = [&](std::size_t method) {
-        return fmt::format("{} of {}", wrong[method], count_text(rays));
     };
     plot::Figure figure{
         .title = unsure ? "Refitted trees: disturbed, so when a rebuild pays is not told"
@@ -460,11 +472,10 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
         fmt::format("On {} ({} triangles), {} camera rays a frame. From the frame with \"a build "
                     "lost\" on, rebuilding would have paid. The policy auto did more than refit in "
                     "frames: {}.",
-                    input.name, input.topology.triangles.size(), scores[0][0].scores[0].rays,
+                    input.name, input.topology.triangles.size(), refitted.frames[0].scores[0].rays,
                     remedies.empty() ? "none" : fmt::format("{}", fmt::join(remedies, ", "))),
-        fmt::format("Wrong answers: refitted {}, rebuilt {}; of 2007 {} and {}.",
-                    wrong_text(kRefit), wrong_text(kRebuild), wrong_text(kRefit2007),
-                    wrong_text(kRebuild2007))};
+        fmt::format("Wrong answers: refitted {}, rebuilt {}; of 2007 {} and {}.", refitted.wrong(),
+                    rebuilt.wrong(), refit_2007.wrong(), rebuild_2007.wrong())};
     return {"deformation" + suffix,
             std::move(table),
             {{"deformation" + suffix, std::move(figure), std::move(notes)}}};
@@ -493,10 +504,10 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         const ChartScene scene = make_chart_scene(inputs[row]);
         // Fewer columns: no HIGH trees, no tracers for checks, no devices.
         const auto tracers = [methods = chart_methods(scene, {})](const ChartRays& rays) {
-            std::vector<ChartTracer> made = methods(rays);
-            std::erase_if(made, [](const ChartTracer& one) {
-                return one.method.ends_with("HIGH") || one.method == "brute force" ||
-                       one.method == "scalar";
+            std::vector<Tracer> made = methods(rays);
+            std::erase_if(made, [](const Tracer& one) {
+                return one.name.ends_with("HIGH") || one.name == "brute force" ||
+                       one.name == "scalar";
             });
             return made;
         };

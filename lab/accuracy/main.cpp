@@ -18,9 +18,6 @@
 #include "report/plot.h"
 #include "report/shell.h"
 #include "scenes/animation.h"
-#ifdef MORPHRAY_HAS_VULKAN
-#include "lab/methods/gpu_peer.h"
-#endif
 
 namespace mray::lab {
 namespace {
@@ -62,36 +59,6 @@ ChartInput read_input(const std::string& scene, bool lenient, int most_frames) {
         }
     }
     return input;
-}
-
-/// All Vulkan devices that can be used, lavapipe among them.
-std::vector<ChartDevice> open_devices() {
-    std::vector<ChartDevice> devices;
-#ifdef MORPHRAY_HAS_VULKAN
-    try {
-        for (const gpu::DeviceInfo& info : gpu::list_devices()) {
-            if (!info.unusable.empty()) continue;
-            gpu::VulkanConfig config;
-            config.device = std::to_string(info.index);
-            // Without "(LLVM 15.0.6, 256 bits)"; the footer has all.
-            const std::string name = info.name.substr(0, info.name.find(" ("));
-            const auto shared = gpu::open_device(config);
-            const auto make_peer = [shared](const PeerTree& tree, std::size_t most_rays) {
-                const auto peer = std::make_shared<GpuPeer>(shared, tree, ImageParams{}, most_rays);
-                return [peer](std::span<const Ray> rays, std::span<Hit> hits) {
-                    peer->set_rays(rays);
-                    peer->trace(kPeerRays);
-                    peer->read_hits(hits);
-                };
-            };
-            devices.push_back({name, fmt::format("{} ({})", info.name, info.driver),
-                               gpu::make_backend_on(shared), make_peer});
-        }
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kUnavailable) throw;
-    }
-#endif
-    return devices;
 }
 
 /// Says on a terminal how much is done and how long it will take.

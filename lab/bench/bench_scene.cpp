@@ -12,34 +12,6 @@ namespace {
 // Fine enough that the smallest window still has a thousand pixels to judge by.
 constexpr std::uint32_t kProbeSide = 256;
 
-/// Counts of a camera's hits in rectangles (F. C. Crow. Summed-area tables for texture mapping.
-/// 1984).
-class HitCounts {
-public:
-    HitCounts(const Camera& camera, const Bvh& bvh) : sums_(kPitch * kPitch) {
-        const cpu::ScalarTracer tracer(bvh);
-        tbb::parallel_for(std::uint32_t{0}, kProbeSide, [&](std::uint32_t y) {
-            for (std::uint32_t x = 0; x < kProbeSide; ++x) {
-                const bool is_hit = tracer.occluded(camera_ray(camera, x, y));
-                sums_[at(x + 1, y + 1)] = sums_[at(x, y + 1)] + (is_hit ? 1 : 0);
-            }
-        });
-        for (std::size_t i = kPitch; i < sums_.size(); ++i) sums_[i] += sums_[i - kPitch];
-    }
-
-    std::uint32_t count(std::uint32_t x, std::uint32_t y, std::uint32_t side) const {
-        return sums_[at(x + side, y + side)] - sums_[at(x, y + side)] - sums_[at(x + side, y)] +
-               sums_[at(x, y)];
-    }
-
-private:
-    static constexpr std::size_t kPitch = kProbeSide + 1;
-
-    static std::size_t at(std::uint32_t x, std::uint32_t y) { return y * kPitch + x; }
-
-    std::vector<std::uint32_t> sums_;
-};
-
 struct Window {
     std::uint32_t x;
     std::uint32_t y;
@@ -48,25 +20,40 @@ struct Window {
     double hit_share;
 };
 
-/// Twice the distance from the middle, along x and y together.
-std::uint32_t off_middle(const Window& window) {
-    const auto off = [&](std::uint32_t begin) {
-        return std::abs(static_cast<std::int64_t>(2 * begin + window.side) - kProbeSide);
+/// The largest full window of an image, of these the nearest to the middle; or the one of the
+/// greatest share.
+Window find_full_window(const Camera& camera, const Bvh& bvh) {
+    // Hits in rectangles (F. C. Crow. Summed-area tables for texture mapping. 1984).
+    constexpr std::size_t kPitch = kProbeSide + 1;
+    std::vector<std::uint32_t> sums(kPitch * kPitch);
+    const auto sum = [&](std::size_t x, std::size_t y) -> std::uint32_t& {
+        return sums[y * kPitch + x];
     };
-    return static_cast<std::uint32_t>(off(window.x) + off(window.y));
-}
-
-/// The largest full window, of these the nearest to the middle; or the one of the greatest share.
-Window find_full_window(const HitCounts& hits) {
+    const cpu::ScalarTracer tracer(bvh);
+    tbb::parallel_for(std::uint32_t{0}, kProbeSide, [&](std::uint32_t y) {
+        for (std::uint32_t x = 0; x < kProbeSide; ++x) {
+            const bool is_hit = tracer.occluded(camera_ray(camera, x, y));
+            sum(x + 1, y + 1) = sum(x, y + 1) + (is_hit ? 1 : 0);
+        }
+    });
+    for (std::size_t i = kPitch; i < sums.size(); ++i) sums[i] += sums[i - kPitch];
+    // Twice the distance from the middle, along x and y together.
+    const auto off_middle = [](const Window& window) {
+        const auto off = [&](std::uint32_t begin) {
+            return std::abs(static_cast<std::int64_t>(2 * begin + window.side) - kProbeSide);
+        };
+        return off(window.x) + off(window.y);
+    };
     std::optional<Window> fullest;
     for (std::uint32_t size = kProbeSide; size >= kProbeSide / kMaxZoom; --size) {
         std::optional<Window> full;
         for (std::uint32_t y = 0; y + size <= kProbeSide; ++y) {
             for (std::uint32_t x = 0; x + size <= kProbeSide; ++x) {
-                const double share = double(hits.count(x, y, size)) / (double(size) * size);
-                const Window window{x, y, size, share};
-                if (!fullest || share > fullest->hit_share) fullest = window;
-                if (share < kFullShare) continue;
+                const std::uint32_t hits =
+                    sum(x + size, y + size) - sum(x, y + size) - sum(x + size, y) + sum(x, y);
+                const Window window{x, y, size, double(hits) / (double(size) * size)};
+                if (!fullest || window.hit_share > fullest->hit_share) fullest = window;
+                if (window.hit_share < kFullShare) continue;
                 if (!full || off_middle(window) < off_middle(*full)) full = window;
             }
         }
@@ -138,7 +125,7 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     ViewSpec coarse = whole;
     coarse.width = coarse.height = kProbeSide;
     const Camera camera = make_image_params(coarse, bounds, space).camera;
-    const Window window = find_full_window(HitCounts(camera, bvh));
+    const Window window = find_full_window(camera, bvh);
 
     // Scene space differs from world space in scale and origin only, so directions are the same.
     const double middle_x = window.x + window.side / 2.0;
@@ -192,21 +179,18 @@ BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
         filled = fill_view(view, animation.bounds(), scene.space, scene.bvh);
     }
     scene.params = make_image_params(filled, animation.bounds(), scene.space);
+    scene.primary = make_primary_rays(scene.params);
+    scene.hits = trace_all(reference_tracer(scene.bvh, scene.primary), scene.primary).hits;
     return scene;
 }
 
-SceneRays::SceneRays(const BenchScene& scene)
-    : scene_(scene),
-      primary_(make_primary_rays(scene.params)),
-      hits_(trace_all(reference_tracer(scene.bvh, primary_), primary_).hits) {}
-
-RaySet SceneRays::rays(RayKind kind) const {
+RaySet BenchScene::rays(RayKind kind) const {
     // As many rays in all as an image has pixels, so that each kind takes about as long.
     constexpr std::uint32_t kAoSamples = 4;
-    if (kind == RayKind::kPrimary) return primary_;
-    if (kind == RayKind::kOneRay) return make_row_rays(scene_.params);
-    return make_secondary_rays(primary_, hits_, scene_.mesh(), kind, kAoSamples,
-                               primary_.rays.size());
+    if (kind == RayKind::kPrimary) return primary;
+    if (kind == RayKind::kOneRay) return make_primary_rays(params, kind);
+    return make_secondary_rays(primary, hits, {&topology(), positions}, kind, kAoSamples,
+                               primary.rays.size());
 }
 
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count) {

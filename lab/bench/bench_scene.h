@@ -4,7 +4,6 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
-#include "cpu/image/pixel_shader.h"
 #include "lab/methods/tracers.h"
 #include "scenes/animation.h"
 
@@ -21,9 +20,12 @@ struct BenchScene {
     std::vector<vec3> positions;
     std::vector<vec3> moved;
     Bvh bvh;
+    /// The rays of the camera, and what they hit.
+    RaySet primary;
+    AlignedVector<Hit> hits;
 
     const Topology& topology() const { return animation->topology(); }
-    cpu::ShadedMesh mesh() const { return {&animation->topology(), positions}; }
+    RaySet rays(RayKind kind) const;
 };
 
 std::vector<vec3> positions_at(const BenchScene& scene, double frame);
@@ -40,20 +42,6 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
 
 /// In a closed scene from inside. `view` gives the size. Throws what open_scene throws.
 BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
-
-/// The rays of a scene, which outlives it.
-class SceneRays {
-public:
-    explicit SceneRays(const BenchScene& scene);
-
-    const RaySet& primary() const { return primary_; }
-    RaySet rays(RayKind kind) const;
-
-private:
-    const BenchScene& scene_;
-    RaySet primary_;
-    AlignedVector<Hit> hits_;
-};
 
 /// Points in any order in the box of all finite vertices. The same on each call.
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);

@@ -1,4 +1,4 @@
-// The command lines of the benchmark and of the comparison of two builds.
+// What the command lines of the benchmark can say, and the programs that take them.
 #pragma once
 
 #include "common/scene/camera_setup.h"
@@ -21,14 +21,17 @@ struct BenchOptions {
     std::vector<std::string> simd = {best_simd_target().name};
     std::string line;
 
-    bool wants(const std::string& work) const;
+    bool wants(const std::string& work) const { return std::ranges::count(works, work) > 0; }
 };
 
-/// What the command line of a program can say.
-enum class BenchProgram { kRun, kBuilds };
+// Each measures all that is wanted, and returns the exit code.
 
-/// Parses the options, and returns what `run` returns; 0 after --help, and 2 after an error.
-int bench_main(BenchProgram program, int argc, const char* const* argv,
-               int (*run)(const BenchOptions& options));
+/// Each work compares all methods of morphray with every peer.
+int bench_beside_embree(const BenchOptions& options);
+/// morphray on a Vulkan device beside the peer on the same device: camera, shadow and diffuse rays,
+/// by the device's clock. `differ` counts rays that hit another triangle than by the peer's rule.
+int bench_on_device(const BenchOptions& options);
+/// Two builds of this project trace in one process, in turn; 1 if an answer differs.
+int compare_builds(const BenchOptions& options);
 
 }  // namespace mray::lab

@@ -192,209 +192,115 @@ void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record) {
     std::memset(record.tnear, 0, sizeof(record.tnear));
 }
 
-/// Sets mask[i] to -1 where ray i is active, else to 0; returns whether any is.
-template <std::size_t N>
-bool set_mask(const std::uint8_t* active, std::array<int, N>& mask) {
-    int any = 0;
-    for (std::size_t i = 0; i < N; ++i) {
-        mask[i] = -static_cast<int>(active[i]);
-        any |= mask[i];
-    }
-    return any != 0;
+template <class HitRecord>
+Hit hit_of(HitRecord& record, std::size_t i) {
+    static_assert(kNoPrim == RTC_INVALID_GEOMETRY_ID);
+    const std::uint32_t prim_id = lane(record.hit.primID, i);
+    const bool is_hit = prim_id != kNoPrim;
+    return {is_hit ? lane(record.ray.tfar, i) : 0, is_hit ? lane(record.hit.u, i) : 0,
+            is_hit ? lane(record.hit.v, i) : 0, prim_id};
 }
 
-/// t means nothing where prim_id is RTC_INVALID_GEOMETRY_ID.
-template <std::size_t N>
-struct alignas(4 * N) HitBlock {
-    float t[N];
-    float u[N];
-    float v[N];
-    std::uint32_t prim_id[N];
-
-    Hit operator[](std::size_t i) const {
-        if (prim_id[i] == RTC_INVALID_GEOMETRY_ID) return no_hit();
-        return {t[i], u[i], v[i], prim_id[i]};
-    }
-};
-
-template <class HitRecord, std::size_t N>
-void copy_hits(const HitRecord& record, HitBlock<N>& block) {
-    std::memcpy(block.t, &record.ray.tfar, sizeof(block.t));
-    std::memcpy(block.u, &record.hit.u, sizeof(block.u));
-    std::memcpy(block.v, &record.hit.v, sizeof(block.v));
-    std::memcpy(block.prim_id, &record.hit.primID, sizeof(block.prim_id));
-}
-
-/// By records of a ray or a packet: one a call, or streams of up to kMost, for the cache.
-template <class Record, std::size_t kMost>
-class RecordTracer {
+/// By calls of a ray, of a packet, or of streams of up to kMost rays, for the cache. Records are
+/// made within the time, from what our tracers read too.
+template <class AnyHits, class ClosestHits, std::size_t kMost = 1>
+class EmbreeTracer : public cpu::ImageTracer {
 public:
-    explicit RecordTracer(const RaySet& set) : set_(set) {
-        if (kAnyHit<Record>) {
-            occluded_.resize(set.rays.size());
-        } else {
-            hits_.resize(set.rays.size() / kRays);
-        }
-    }
+    EmbreeTracer(const EmbreeScene& scene, bool is_coherent)
+        : ImageTracer(best_simd_target()), scene_(scene.handle()), is_coherent_(is_coherent) {}
 
-    /// In the calling thread's arena.
-    void trace(const EmbreeScene& scene, const TileRange& range) {
-        const bool is_shadow = set_.kind == RayKind::kShadow;
-        const vec3 origin = is_shadow ? set_.params.light : set_.params.camera.org;
-        const bool is_incoherent = set_.kind == RayKind::kDiffuse || set_.kind == RayKind::kAo;
-        for_each_tile(set_, range, [&](const TileRays& tile) {
-            const FlushedDenormals flushed;
-            EmbreeQuery query(!is_incoherent);
-            std::array<Record, kMost> records;
-            for (Record& record : records) set_origin(record, origin);
-            if constexpr (kMost == 1) {
-                trace_packets(scene, tile, query, records[0]);
-            } else {
-                trace_streams(scene, tile, query, records);
-            }
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+        trace<ClosestHits>(rays, [&](std::size_t ray, ClosestHits& record, std::size_t i) {
+            hits[ray] = hit_of(record, i);
         });
     }
 
-    TraceAnswers answers() const {
-        TraceAnswers answers(set_);
-        answers.occluded = occluded_;
-        for (std::size_t ray = 0; ray < answers.hits.size(); ++ray)
-            answers.hits[ray] = hits_[ray / kRays][ray % kRays];
-        return answers;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
+        trace<AnyHits>(rays, [&](std::size_t ray, AnyHits& record, std::size_t i) {
+            occluded[ray] = lane(record.tfar, i) < 0;
+        });
     }
 
 private:
-    static constexpr std::size_t kRays = kLanesOf<Record>;
-
-    void trace_packets(const EmbreeScene& scene, const TileRays& tile, EmbreeQuery& query,
-                       Record& record) {
-        for (std::size_t first = tile.begin; first < tile.end; first += kRays) {
-            alignas(4 * kRays) std::array<int, kRays> mask;
-            if (!set_mask<kRays>(&set_.active[first], mask)) continue;
-            make(tile, first, record);
-            query.trace(scene.handle(), record, mask.data());
-            store(first, record);
-        }
-    }
-
-    void trace_streams(const EmbreeScene& scene, const TileRays& tile, EmbreeQuery& query,
-                       std::array<Record, kMost>& records) {
-        for_each_active_run(set_, tile, kMost, [&](std::size_t begin, std::size_t count) {
-            for (std::size_t i = 0; i < count; ++i) make(tile, begin + i, records[i]);
-            query.stream(scene.handle(), records.data(), count);
-            for (std::size_t i = 0; i < count; ++i) store(begin + i, records[i]);
-        });
-    }
-
-    void make(const TileRays& tile, std::size_t first, Record& record) const {
-        make_rays(tile, first, ray_of(record));
-        if constexpr (!kAnyHit<Record>) clear_hits(record);
-    }
-
-    template <class RayRecord>
-    void make_rays(const TileRays& tile, std::size_t first, RayRecord& record) const {
-        if constexpr (kRays == kPacketSize) {
-            if (set_.kind == RayKind::kPrimary) {
-                const auto block = static_cast<std::uint32_t>((first - tile.begin) / kPacketSize);
-                const BlockOffset corner = block_offset(block);
-                return make_camera_rays(set_.params.camera, tile.tile.x0 + corner.x,
-                                        tile.tile.y0 + corner.y, record);
+    /// Calls store(ray, record, lane) for each ray, after it has been traced.
+    template <class Record, class Store>
+    void trace(std::span<const Ray> rays, const Store& store) const {
+        constexpr std::size_t kRays = kLanesOf<Record>;
+        const FlushedDenormals flushed;
+        EmbreeQuery query(is_coherent_);
+        std::array<Record, kMost> records;
+        for (Record& record : records) set_origin(record, {0, 0, 0});
+        for (std::size_t begin = 0; begin < rays.size(); begin += kMost * kRays) {
+            const std::size_t count = std::min(kMost * kRays, rays.size() - begin);
+            alignas(4 * kRays) std::array<int, kRays> mask{};
+            for (std::size_t i = 0; i < count; ++i) {
+                copy_ray(ray_of(records[i / kRays]), i % kRays, rays[begin + i]);
+                mask[i % kRays] = -1;
             }
-            if (set_.kind == RayKind::kShadow)
-                return copy_shadow_rays(set_.shadows[first / kPacketSize], record);
-        }
-        for (std::size_t i = 0; i < kRays; ++i) copy_ray(record, i, set_.rays[first + i]);
-    }
-
-    void store(std::size_t first, const Record& record) {
-        if constexpr (kAnyHit<Record>) {
-            for (std::size_t i = 0; i < kRays; ++i) occluded_[first + i] = lane(record.tfar, i) < 0;
-        } else {
-            copy_hits(record, hits_[first / kRays]);
+            if constexpr (!kAnyHit<Record>)
+                for (Record& record : records) clear_hits(record);
+            if constexpr (kMost > 1) {
+                query.stream(scene_, records.data(), count);
+            } else {
+                query.trace(scene_, records[0], mask.data());
+            }
+            for (std::size_t i = 0; i < count; ++i) store(begin + i, records[i / kRays], i % kRays);
         }
     }
 
-    const RaySet& set_;
-    AlignedVector<HitBlock<kRays>> hits_;
-    std::vector<std::uint8_t> occluded_;
+protected:
+    RTCScene scene_;
+    bool is_coherent_;
 };
 
-struct EmbreePeers {
-    std::span<const EmbreeVariant> scenes;
-    const RaySet& set;
-    std::vector<Tracer> all = {};
+/// Makes camera rays in the records of packets, and copies shadow rays into them as they lie.
+class EmbreeTiles final : public EmbreeTracer<RTCRay16, RTCRayHit16> {
+public:
+    using EmbreeTracer::EmbreeTracer;
 
-    /// By records for any hits or for the closest ones; `suffix` is that of Embree's function.
-    template <class AnyHits, class ClosestHits, std::size_t kMost = 1>
-    void add(const std::string& suffix, bool one_ray = false) {
-        if (set.any_hit()) {
-            add_by<AnyHits, kMost>("Occluded" + suffix, one_ray);
-        } else {
-            add_by<ClosestHits, kMost>("Intersect" + suffix, one_ray);
-        }
-    }
-
-    /// One for each scene; they have their answers in common.
-    template <class Record, std::size_t kMost>
-    void add_by(const std::string& function, bool one_ray) {
-        const auto tracer = std::make_shared<RecordTracer<Record, kMost>>(set);
-        for (const EmbreeVariant& variant : scenes) {
-            const EmbreeScene& scene = variant.scene;
-            all.push_back(
-                {.name = fmt::format("{} {} {}", function, variant.robust ? "robust" : "fast",
-                                     variant.name),
-                 .group = fmt::format("embree {} {}", one_ray, variant.robust),
-                 .at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket,
-                 .trace = [tracer, &scene](const TileRange& range) { tracer->trace(scene, range); },
-                 .answers = [tracer] { return tracer->answers(); }});
-        }
-    }
-};
-
-void trace_camera(RTCScene scene, const ImageParams& params, const cpu::Tile& tile, Frame& frame) {
-    EmbreeQuery query(true);
-    constexpr std::array kAllRays = {-1, -1, -1, -1, -1, -1, -1, -1,
-                                     -1, -1, -1, -1, -1, -1, -1, -1};
-    RTCRayHit16 record;
-    set_origin(record, params.camera.org);
-    for (std::uint32_t y0 = tile.y0; y0 < tile.y1; y0 += kBlockSize) {
-        for (std::uint32_t x0 = tile.x0; x0 < tile.x1; x0 += kBlockSize) {
-            make_camera_rays(params.camera, x0, y0, record.ray);
+    const cpu::CameraPacket* intersect_camera(const ImageParams& params, const cpu::Tile& tile,
+                                              Hit* hits, std::size_t stride,
+                                              const Watch& = {}) const override {
+        const FlushedDenormals flushed;
+        EmbreeQuery query(is_coherent_);
+        RTCRayHit16 record;
+        set_origin(record, params.camera.org);
+        alignas(64) std::array<int, kPacketSize> mask;
+        mask.fill(-1);
+        const std::uint32_t pixels = (tile.x1 - tile.x0) * (tile.y1 - tile.y0);
+        for (std::uint32_t block = 0; block < pixels / kPacketSize; ++block) {
+            const auto [x, y] = block_offset(block);
+            make_camera_rays(params.camera, tile.x0 + x, tile.y0 + y, record.ray);
             clear_hits(record);
-            query.trace(scene, record, kAllRays.data());
-            HitBlock<kPacketSize> hits;
-            copy_hits(record, hits);
-            for (std::uint32_t i = 0; i < kPacketSize; ++i) {
-                const std::size_t pixel =
-                    std::size_t{y0 + i / kBlockSize} * params.width + x0 + i % kBlockSize;
-                frame.hits[pixel] = hits[i];
-            }
-        }
-    }
-}
-
-void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::ImageRegion& part) {
-    EmbreeQuery query(true);
-    cpu::SharedOriginRays rays[cpu::kSquareBlocks];
-    cpu::LitPixels lit[cpu::kSquareBlocks];
-    std::uint8_t occluded[cpu::kSquareRays] = {};
-    if (shader.make_shadow_rays(part, rays, lit).rays > 0) {
-        RTCRay16 record;
-        set_origin(record, part.params.light);
-        for (std::size_t block = 0; block < cpu::kSquareBlocks; ++block) {
-            const cpu::SharedOriginRays& some = rays[block];
-            int mask[kPacketSize];
-            int any = 0;
-            for (std::uint32_t i = 0; i < kPacketSize; ++i) any |= mask[i] = -int{some.has(i)};
-            if (any == 0) continue;
-            copy_shadow_rays(some, record);
-            query.trace(scene, record, mask);
+            query.trace(scene_, record, mask.data());
+            Hit* const first = hits + y * stride + x;
             for (std::size_t i = 0; i < kPacketSize; ++i)
-                occluded[block * kPacketSize + i] = record.tfar[i] < 0 ? 1 : 0;
+                first[i / kBlockSize * stride + i % kBlockSize] = hit_of(record, i);
+        }
+        return nullptr;
+    }
+
+    void occluded_shared_origin(vec3 org, std::span<const cpu::SharedOriginRays> rays,
+                                std::span<std::uint8_t> occluded,
+                                const cpu::TileCounts& = {}) const override {
+        const FlushedDenormals flushed;
+        EmbreeQuery query(is_coherent_);
+        RTCRay16 record;
+        set_origin(record, org);
+        std::ranges::fill(occluded, std::uint8_t{1});
+        for (std::size_t block = 0; block < rays.size(); ++block) {
+            alignas(64) std::array<int, kPacketSize> mask;
+            int any = 0;
+            for (std::uint32_t i = 0; i < kPacketSize; ++i)
+                any |= mask[i] = -int{rays[block].has(i)};
+            if (any == 0) continue;
+            copy_shadow_rays(rays[block], record);
+            query.trace(scene_, record, mask.data());
+            for (std::size_t i = 0; i < kPacketSize; ++i)
+                occluded[block * kPacketSize + i] = mask[i] == 0 || record.tfar[i] < 0;
         }
     }
-    shader.shade_shadows(part, occluded, lit);
-}
+};
 
 void check(const EmbreeDevice& device, const char* action) {
     const RTCError error = rtcGetDeviceError(device.handle.get());
@@ -512,50 +418,60 @@ std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices
 }
 
 std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set) {
-    EmbreePeers peers{scenes, set};
-    peers.add<RTCRay, RTCRayHit>("1", true);
-    if (set.kind == RayKind::kOneRay) return peers.all;
-    peers.add<RTCRay16, RTCRayHit16>("16");
-    if (set.in_packets()) return peers.all;
-    peers.add<RTCRay, RTCRayHit>("1");
-    peers.add<RTCRay4, RTCRayHit4>("4");
-    peers.add<RTCRay8, RTCRayHit8>("8");
-    if (kEmbreeHasStreams) peers.add<RTCRay, RTCRayHit, 256>("1M");
-    return peers.all;
+    std::vector<Tracer> all;
+    const auto answers = std::make_shared<TraceAnswers>(set);
+    const bool is_incoherent = set.kind == RayKind::kDiffuse || set.kind == RayKind::kAo;
+    // `suffix` is that of Embree's functions.
+    const auto add = [&]<class Traces>(std::type_identity<Traces>, const char* suffix,
+                                       bool one_ray = false) {
+        const bool by_tiles =
+            !one_ray && (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow);
+        for (const auto& [scene, robust, of_scene] : scenes) {
+            const std::string name =
+                fmt::format("{}{} {} {}", set.any_hit() ? "Occluded" : "Intersect", suffix,
+                            robust ? "robust" : "fast", of_scene);
+            const auto tracer = std::make_shared<const Traces>(scene, !is_incoherent);
+            Tracer& made = all.emplace_back(
+                by_tiles ? tile_tracer(name, tracer, set, answers)
+                         : batch_tracer(name, RaysAtOnce::kStream, tracer, set, answers));
+            made.group = fmt::format("embree {} {}", one_ray, robust);
+            made.at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket;
+        }
+    };
+    const std::type_identity<EmbreeTracer<RTCRay, RTCRayHit>> singles;
+    add(singles, "1", true);
+    if (set.kind == RayKind::kOneRay) return all;
+    add(std::type_identity<EmbreeTiles>(), "16");
+    if (set.in_packets()) return all;
+    add(singles, "1");
+    add(std::type_identity<EmbreeTracer<RTCRay4, RTCRayHit4>>(), "4");
+    add(std::type_identity<EmbreeTracer<RTCRay8, RTCRayHit8>>(), "8");
+    if (kEmbreeHasStreams) add(std::type_identity<EmbreeTracer<RTCRay, RTCRayHit, 256>>(), "1M");
+    return all;
 }
 
 Tracer embree_tracer(const EmbreeScene& scene, const RaySet& set) {
-    const auto tracer = std::make_shared<RecordTracer<RTCRayHit, 1>>(set);
-    return {.name = "Intersect1",
-            .trace = [tracer, &scene](const TileRange& range) { tracer->trace(scene, range); },
-            .answers = [tracer] { return tracer->answers(); }};
+    return batch_tracer("Intersect1", RaysAtOnce::kStream,
+                        std::make_shared<const EmbreeTracer<RTCRay, RTCRayHit>>(scene, true), set);
 }
 
-void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
-                 const cpu::PixelShader& shader, Frame& frame) {
-    static_assert(kPacketSize == cpu::kBlockRays && kBlockSize * kBlockSize == kPacketSize);
-    const cpu::ImageTiles squares(params.width, params.height, cpu::kSquareSide);
-    tbb::parallel_for(std::uint32_t{0}, squares.count(), [&](std::uint32_t i) {
-        const FlushedDenormals flushed;
-        const cpu::Tile tile = squares[i];
-        trace_camera(scene.handle(), params, tile, frame);
-        trace_shadows(scene.handle(), shader, {params, mesh, tile, frame});
-    });
+std::shared_ptr<const cpu::ImageTracer> embree_tiles(const EmbreeScene& scene) {
+    return std::make_shared<const EmbreeTiles>(scene, true);
 }
 
 EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const Topology& topology,
-                             std::span<const vec3> positions, bool robust, std::size_t most_rays)
+                             std::span<const vec3> positions, bool robust, std::size_t most)
     : name_(fmt::format("{} MEDIUM {}", robust ? "robust" : "fast", device.isa)),
       group_(robust ? "robust" : "fast"),
       scene_(device, topology, positions, RTC_BUILD_QUALITY_MEDIUM, robust),
-      counts_(most_rays) {
+      nearest_(most),
+      counts_(most) {
     rtcSetGeometryUserData(scene_.geometry(), counts_.data());
     rtcSetGeometryIntersectFilterFunction(scene_.geometry(), count_and_reject);
     scene_.commit();
 }
 
-void EmbreeQueries::find_closest(std::span<const vec3> points,
-                                 std::span<NearestPoint> nearest) const {
+void EmbreeQueries::find_closest(std::span<const vec3> points) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     tbb::parallel_for(QueryRange(0, points.size(), kGrain), [&](const QueryRange& range) {
         const FlushedDenormals flushed;
@@ -574,7 +490,7 @@ void EmbreeQueries::find_closest(std::span<const vec3> points,
             query.radius = kInfinity;
             rtcPointQuery(scene_.handle(), &query, &context, visit_triangle, &search);
             search.nearest.distance = std::sqrt(search.d2);
-            nearest[i] = search.nearest;
+            nearest_[i] = search.nearest;
         }
     });
 }

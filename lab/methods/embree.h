@@ -11,9 +11,7 @@
 #include <cstddef>
 #include <type_traits>
 
-#include "common/image/frame.h"
 #include "common/scene/mesh.h"
-#include "cpu/image/pixel_shader.h"
 #include "lab/methods/closest_point.h"
 #include "lab/methods/tracers.h"
 
@@ -80,27 +78,23 @@ std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices
                                            const Topology& topology,
                                            std::span<const vec3> positions);
 
-/// Ways to trace rays over each scene; both outlive the peers. Rays in packets count as coherent,
-/// diffuse rays and ambient occlusion as incoherent. Records are made within the time, in
-/// the cache, from what our tracers read too.
+/// Ways to trace rays over each scene; both outlive the peers, which have their answers in common.
+/// Rays in packets count as coherent, diffuse rays and ambient occlusion as incoherent.
 std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set);
 
 /// Finds the closest hits by Intersect1.
 Tracer embree_tracer(const EmbreeScene& scene, const RaySet& set);
 
-/// Traces camera and shadow rays by Intersect16 and Occluded16, as coherent ones, 4 x 4 pixels at a
-/// time; `shader` shades each square of pixels while it is in the cache, in the thread's arena. The
-/// image's sides are multiples of 32.
-void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
-                 const cpu::PixelShader& shader, Frame& frame);
+/// By Intersect16 and Occluded16 of coherent rays, for images. The scene outlives it.
+std::shared_ptr<const cpu::ImageTracer> embree_tiles(const EmbreeScene& scene);
 
 /// Over a MEDIUM tree: with spatial splits, filters see a triangle several times. Device and
 /// topology outlive it. Calls belong in an arena of the device's number of threads.
 class EmbreeQueries {
 public:
-    /// `most_rays` is the most that count() is called with.
+    /// At most so many points or rays a call.
     EmbreeQueries(const EmbreeDevice& device, const Topology& topology,
-                  std::span<const vec3> positions, bool robust, std::size_t most_rays);
+                  std::span<const vec3> positions, bool robust, std::size_t most);
 
     /// "robust MEDIUM avx512"
     const std::string& name() const { return name_; }
@@ -108,7 +102,8 @@ public:
     const char* group() const { return group_; }
 
     /// By rtcPointQuery, whose callback uses Ericson's method and narrows the query.
-    void find_closest(std::span<const vec3> points, std::span<NearestPoint> nearest) const;
+    void find_closest(std::span<const vec3> points);
+    std::span<const NearestPoint> nearest() const { return nearest_; }
     /// By Intersect1, whose filter counts and rejects all hits. `coherent`: the flag of this name.
     void count(std::span<const Ray> rays, bool coherent);
     std::span<const std::uint64_t> counts() const { return counts_; }
@@ -117,6 +112,7 @@ private:
     std::string name_;
     const char* group_;
     EmbreeScene scene_;
+    std::vector<NearestPoint> nearest_;
     std::vector<std::uint64_t> counts_;
 };
 

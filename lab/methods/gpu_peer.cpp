@@ -50,8 +50,15 @@ GpuPeer::GpuPeer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree
       transfer_(context_) {
     const std::vector<vec4> nodes = kernel_nodes(tree);
     const std::vector<vec4> triangles = kernel_triangles(tree);
-    nodes_ = make_buffer("peer's nodes", std::as_bytes(std::span(nodes)));
-    triangles_ = make_buffer("peer's triangles", std::as_bytes(std::span(triangles)));
+    const auto make_buffer = [&](const char* name, std::uint64_t size,
+                                 std::span<const vec4> content = {}) {
+        gpu::Buffer buffer(shared_->device, name, size, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                           gpu::Memory::kDevice);
+        if (!content.empty()) transfer_.upload(std::as_bytes(content), buffer);
+        return buffer;
+    };
+    nodes_ = make_buffer("peer's nodes", sizeof(vec4) * nodes.size(), nodes);
+    triangles_ = make_buffer("peer's triangles", sizeof(vec4) * triangles.size(), triangles);
     // No buffer is empty.
     const std::uint64_t pixels =
         std::max<std::uint64_t>(std::uint64_t{params.width} * params.height, 1);
@@ -95,17 +102,6 @@ void GpuPeer::read_hits(std::span<Hit> hits) {
     transfer_.download(hits_, std::as_writable_bytes(hits));
     for (Hit& hit : hits)
         if (hit.prim_id != kNoPrim) hit.prim_id = tree_.triangles[hit.prim_id].prim_id;
-}
-
-gpu::Buffer GpuPeer::make_buffer(const char* name, std::uint64_t size) {
-    return gpu::Buffer(shared_->device, name, size, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                       gpu::Memory::kDevice);
-}
-
-gpu::Buffer GpuPeer::make_buffer(const char* name, std::span<const std::byte> bytes) {
-    gpu::Buffer buffer = make_buffer(name, bytes.size());
-    transfer_.upload(bytes, buffer);
-    return buffer;
 }
 
 }  // namespace mray::lab

@@ -24,9 +24,6 @@ public:
     void read_hits(std::span<Hit> hits);
 
 private:
-    gpu::Buffer make_buffer(const char* name, std::uint64_t size);
-    gpu::Buffer make_buffer(const char* name, std::span<const std::byte> bytes);
-
     std::shared_ptr<gpu::SharedDevice> shared_;
     const PeerTree& tree_;
     ImageParams params_;

@@ -10,57 +10,35 @@
 namespace mray::lab {
 namespace {
 
-using Samples = std::vector<double>;
-
-Times times_of(std::span<const Samples> parts) {
-    Times times;
-    for (const Samples& part : parts) {
-        times.median_ms += median(part);
-        times.least_ms += *std::min_element(part.begin(), part.end());
-    }
-    return times;
-}
-
-const char* name_of(Unit unit) {
-    constexpr std::array kNames = {"Mray/s", "ns", "ms"};
-    return kNames[static_cast<std::size_t>(unit)];
-}
-
-double in_unit(double ms, Unit unit, std::uint64_t count) {
-    const auto n = static_cast<double>(count);
-    if (unit == Unit::kMrayPerSecond) return n / (ms * 1e3);
-    return unit == Unit::kMs ? ms : ms * 1e6 / n;
-}
-
 // At most 80 characters a row.
 const Column kColumns[] = {{"tracer", 6, false}, {"peer", 32, false}, {"ours", 6},  {"theirs", 6},
                            {"ratio", 5},         {"at best", 7},      {"differ", 6}};
-
-std::vector<std::string> header_of_file() {
-    std::vector<std::string> header = {"scene", "threads", "work", "unit"};
-    for (const Column& column : kColumns) header.push_back(column.name);
-    return header;
-}
 
 }  // namespace
 
 std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat) {
     // By method, then by part.
+    using Samples = std::vector<double>;
     std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(parts));
     // The first round warms up.
     for (int round = -1; round < repeat; ++round) {
         for (std::size_t i = 0; i < methods.size(); ++i) {
             const std::size_t turn = (i + static_cast<std::size_t>(round + 1)) % methods.size();
             const Method& method = methods[turn];
-            if (method.prepare) method.prepare();
+            if (method.prepare) method.prepare(round);
             for (std::size_t part = 0; part < parts; ++part) {
                 const double ms = method.run(part);
                 if (round >= 0) samples[turn][part].push_back(ms);
             }
         }
     }
-    std::vector<Times> times;
-    for (const std::vector<Samples>& of_method : samples) times.push_back(times_of(of_method));
+    std::vector<Times> times(methods.size());
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+        for (const Samples& part : samples[i]) {
+            times[i].median += median(part);
+            times[i].least += std::ranges::min(part);
+        }
+    }
     return times;
 }
 
@@ -75,7 +53,7 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
         // Each group is handled at its first method.
         if (group.front() != i) continue;
         std::stable_sort(group.begin(), group.end(), [&](std::size_t a, std::size_t b) {
-            return times[a].least_ms < times[b].least_ms;
+            return times[a].least < times[b].least;
         });
         group.resize(std::min(count, group.size()));
         fastest.insert(fastest.end(), group.begin(), group.end());
@@ -84,7 +62,11 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
 }
 
 Report::Report(std::string head, std::string file)
-    : head_(std::move(head)), file_(std::move(file)), table_(header_of_file()) {
+    : head_(std::move(head)), file_(std::move(file)), table_([] {
+          std::vector<std::string> header = {"scene", "threads", "work", "unit"};
+          for (const Column& column : kColumns) header.push_back(column.name);
+          return header;
+      }()) {
     if (!file_.empty()) check_writable(file_);
     fmt::print("{}", head_);
 }
@@ -98,25 +80,25 @@ void Report::begin(const std::string& scene, int threads) {
 
 void Report::add(const Row& row) {
     const auto figure = [&row](const Times& times) {
-        return fmt::format("{:.4g}", in_unit(times.median_ms, row.unit, row.count));
+        return fmt::format("{:.4g}", row.unit.figure(times.median, static_cast<double>(row.count)));
     };
     // Above 1 if morphray is faster, in any unit.
     const auto ratio = [&row](double Times::*ms) {
         return fmt::format("{:.2f}", row.theirs.*ms / row.ours.*ms);
     };
-    const std::string work = fmt::format("{}, {}", row.work, name_of(row.unit));
+    const std::string work = fmt::format("{}, {}", row.work, row.unit.name);
     if (work != work_) fmt::print("{}\n", work);
     work_ = work;
     std::vector<std::string> cells = {row.tracer,
                                       row.peer,
                                       figure(row.ours),
                                       figure(row.theirs),
-                                      ratio(&Times::median_ms),
-                                      ratio(&Times::least_ms),
+                                      ratio(&Times::median),
+                                      ratio(&Times::least),
                                       std::to_string(row.differences)};
     fmt::print("{}", row_text(kColumns, cells));
     std::fflush(stdout);
-    cells.insert(cells.begin(), {scene_, std::to_string(threads_), row.work, name_of(row.unit)});
+    cells.insert(cells.begin(), {scene_, std::to_string(threads_), row.work, row.unit.name});
     table_.add(cells);
     if (!file_.empty()) write_file(file_, head_ + table_.csv());
 }

@@ -12,8 +12,8 @@ namespace mray::lab {
 /// One way to do a work, which may be cut into parts.
 struct Method {
     std::string name;
-    /// Called before each round and not timed; may be empty.
-    std::function<void()> prepare;
+    /// Called before each round, the first of which is -1, and not timed; may be empty.
+    std::function<void(int round)> prepare;
     /// Does a part and returns the milliseconds that it took.
     std::function<double(std::size_t part)> run;
     /// Of the methods of a group the fastest makes a row.
@@ -29,12 +29,11 @@ double timed(const Work& work) {
     return watch.ms();
 }
 
-/// Statistics of the runs of a method, in milliseconds for all parts of the work.
+/// Sums over the parts of a work, in milliseconds, of the median of the rounds and of the least.
 struct Times {
-    /// The sum over the parts of the median of the rounds.
-    double median_ms = 0;
-    /// The sum over the parts of the least of the rounds: what is left where nothing disturbs.
-    double least_ms = 0;
+    double median = 0;
+    /// What is left where nothing disturbs.
+    double least = 0;
 };
 
 /// Runs each method once to warm up, then `repeat` rounds of all in turn, so that a disturbance
@@ -45,13 +44,19 @@ std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t par
 std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
                                            std::span<const Times> times, std::size_t count);
 
-/// kNs is the time of one triangle or query.
-enum class Unit { kMrayPerSecond, kNs, kMs };
+/// Of so many rays, triangles or queries in some milliseconds.
+struct Unit {
+    const char* name;
+    double (*figure)(double ms, double count);
+};
+inline constexpr Unit kMrayPerSecond{"Mray/s", [](double ms, double n) { return n / (ms * 1e3); }};
+inline constexpr Unit kNs{"ns", [](double ms, double n) { return ms * 1e6 / n; }};
+inline constexpr Unit kMs{"ms", [](double ms, double) { return ms; }};
 
 struct Row {
     /// primary, shadow, diffuse, ao, one-ray, refit, build, frame or views, or the name of a query.
     std::string work;
-    Unit unit = Unit::kMs;
+    Unit unit = kMs;
     /// The number of rays, triangles or queries of a run; unused for kMs.
     std::uint64_t count = 0;
     std::string tracer = {};

@@ -152,31 +152,20 @@ private:
 };
 
 /// The usual slab test, far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2013).
-class PaddedSlabs {
-public:
-    explicit PaddedSlabs(const Ray& ray)
-        : org_(ray.org), rdir_(1 / ray.dir.x, 1 / ray.dir.y, 1 / ray.dir.z) {}
-
-    bool meets(const PeerNode& node, float& t_enter) const {
-        constexpr float kPad = 1.00000024f;
-        float enter = 0;
-        float leave = std::numeric_limits<float>::infinity();
-        for (int axis = 0; axis < 3; ++axis) {
-            float t0 = (node.lower[axis] - org_[axis]) * rdir_[axis];
-            float t1 = (node.upper[axis] - org_[axis]) * rdir_[axis];
-            if (rdir_[axis] < 0) std::swap(t0, t1);
-            // A NaN (0 times infinity: the ray runs in the plane) has no effect.
-            enter = t0 > enter ? t0 : enter;
-            leave = t1 * kPad < leave ? t1 * kPad : leave;
-        }
-        t_enter = enter;
-        return enter <= leave;
+bool meets(const PeerNode& node, vec3 org, vec3 rdir, float& t_enter) {
+    constexpr float kPad = 1.00000024f;
+    t_enter = 0;
+    float leave = std::numeric_limits<float>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+        float t0 = (node.lower[axis] - org[axis]) * rdir[axis];
+        float t1 = (node.upper[axis] - org[axis]) * rdir[axis];
+        if (rdir[axis] < 0) std::swap(t0, t1);
+        // A NaN (0 times infinity: the ray runs in the plane) has no effect.
+        t_enter = t0 > t_enter ? t0 : t_enter;
+        leave = t1 * kPad < leave ? t1 * kPad : leave;
     }
-
-private:
-    vec3 org_;
-    vec3 rdir_;
-};
+    return t_enter <= leave;
+}
 
 /// Single rays in a binary tree, the nearer child first, by a rule over records of its triangles.
 template <class Rule>
@@ -217,7 +206,7 @@ private:
     void traverse(const Ray& ray, Visit visit) const {
         if (tree_->nodes.empty() || ray.dir == vec3(0, 0, 0)) return;
         const Rule rule(ray);
-        const PaddedSlabs slabs(ray);
+        const vec3 rdir(1 / ray.dir.x, 1 / ray.dir.y, 1 / ray.dir.z);
         float last = ray.tfar;
         std::array<Entry, kMaxBinaryHeight + 2> stack;
         std::size_t size = 0;
@@ -236,8 +225,8 @@ private:
             if (node.count != 0) continue;
             Entry near{0, node.first};
             Entry far{0, node.first + 1};
-            const bool meets_near = slabs.meets(tree_->nodes[near.node], near.t_enter);
-            const bool meets_far = slabs.meets(tree_->nodes[far.node], far.t_enter);
+            const bool meets_near = meets(tree_->nodes[near.node], ray.org, rdir, near.t_enter);
+            const bool meets_far = meets(tree_->nodes[far.node], ray.org, rdir, far.t_enter);
             if (meets_near && meets_far && far.t_enter < near.t_enter) std::swap(near, far);
             if (meets_far) stack[size++] = far;
             if (meets_near) stack[size++] = near;

@@ -3,7 +3,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 
 namespace mray::lab {
@@ -83,32 +82,25 @@ std::uint64_t count_other_triangles(std::span<const Hit> a, std::span<const Hit>
     return count;
 }
 
-RaySet make_primary_rays(const ImageParams& params) {
+RaySet make_primary_rays(const ImageParams& params, RayKind kind) {
     assert(params.width % kTileSize == 0 && params.height % kTileSize == 0);
     RaySet set;
+    set.kind = kind;
     set.params = params;
     set.params.rays = kRaysPrimary;
     set.rays.reserve(std::size_t{params.width} * params.height);
+    const auto add = [&](std::uint32_t x, std::uint32_t y) {
+        set.rays.push_back(camera_ray(params.camera, x, y));
+    };
     const cpu::ImageTiles tiles(params.width, params.height, kTileSize);
-    for (std::uint32_t i = 0; i < tiles.count(); ++i) {
-        for_each_pixel(tiles[i], [&](std::uint32_t x, std::uint32_t y) {
-            set.rays.push_back(camera_ray(params.camera, x, y));
-        });
+    for (std::uint32_t i = 0; kind == RayKind::kPrimary && i < tiles.count(); ++i) {
+        for_each_pixel(tiles[i], add);
         set.close_tile(tiles[i]);
     }
-    return set;
-}
-
-RaySet make_row_rays(const ImageParams& params) {
-    RaySet set;
-    set.kind = RayKind::kOneRay;
-    set.params = params;
-    set.params.rays = kRaysPrimary;
-    for (std::uint32_t y0 = 0; y0 < params.height; y0 += kTileSize) {
-        for (std::uint32_t y = y0; y < y0 + kTileSize; ++y)
-            for (std::uint32_t x = 0; x < params.width; ++x)
-                set.rays.push_back(camera_ray(params.camera, x, y));
-        set.close_tile({0, y0, params.width, y0 + kTileSize});
+    for (std::uint32_t y = 0; kind == RayKind::kOneRay && y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x) add(x, y);
+        const std::uint32_t end = y + 1;
+        if (end % kTileSize == 0) set.close_tile({0, end - kTileSize, params.width, end});
     }
     return set;
 }
@@ -145,50 +137,54 @@ RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
     return set;
 }
 
-Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
+Tracer tile_tracer(std::string name, std::shared_ptr<const cpu::ImageTracer> tracer,
+                   const RaySet& set, std::shared_ptr<TraceAnswers> answers) {
     static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide &&
                   kPacketSize == cpu::kBlockRays && sizeof(StoredRay) == sizeof(Ray));
+    if (answers == nullptr) answers = std::make_shared<TraceAnswers>(set);
     // Primary hits lie row by row as in an image, those of aimed rays row by row in their tile.
-    const auto answers = std::make_shared<TraceAnswers>(set);
-    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target), answers,
-                        &set](const TileRange& range) {
-        const ImageParams& params = set.params;
+    const bool is_image = set.kind == RayKind::kPrimary;
+    const std::size_t stride = is_image ? set.params.width : kTileSize;
+    const auto first_of = [=](const TileRays& rays) {
+        return is_image ? rays.tile.y0 * stride + rays.tile.x0 : rays.begin;
+    };
+    const auto trace = [=, &set](const TileRange& range) {
         for_each_tile(set, range, [&](const TileRays& rays) {
             const std::size_t count = rays.end - rays.begin;
-            if (set.kind == RayKind::kPrimary) {
-                const cpu::Tile& tile = rays.tile;
-                const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
-                tiles->intersect_camera(params, tile, &answers->hits[first], params.width);
+            if (is_image) {
+                tracer->intersect_camera(set.params, rays.tile, &answers->hits[first_of(rays)],
+                                         stride);
             } else if (set.kind == RayKind::kShadow) {
-                tiles->occluded_shared_origin(
-                    params.light,
+                tracer->occluded_shared_origin(
+                    set.params.light,
                     std::span(set.shadows).subspan(rays.begin / kPacketSize, count / kPacketSize),
                     std::span(answers->occluded).subspan(rays.begin, count));
             } else if (const StoredRay* const stored = &set.stored[rays.begin];
-                       !tiles->intersect_stored(
+                       !tracer->intersect_stored(
                            {stored, kTileSize, kTileSize, kTileSize, set.rays[rays.begin].org},
                            &answers->hits[rays.begin])) {
-                tiles->intersect({reinterpret_cast<const Ray*>(stored), count},
-                                 std::span(answers->hits).subspan(rays.begin, count));
+                tracer->intersect({reinterpret_cast<const Ray*>(stored), count},
+                                  std::span(answers->hits).subspan(rays.begin, count));
             }
         });
     };
-    const auto in_ray_order = [answers, &set] {
+    const auto in_ray_order = [=, &set] {
         TraceAnswers ordered = *answers;
         if (set.any_hit()) return ordered;
         std::size_t ray = 0;
         for (const TileRays& rays : set.tiles) {
             for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
-                const std::size_t at =
-                    set.kind == RayKind::kPrimary
-                        ? std::size_t{y} * set.params.width + x
-                        : rays.begin + (y - rays.tile.y0) * kTileSize + (x - rays.tile.x0);
-                ordered.hits[ray++] = answers->hits[at];
+                const auto [x0, y0, x1, y1] = rays.tile;
+                ordered.hits[ray++] = answers->hits[first_of(rays) + (y - y0) * stride + (x - x0)];
             });
         }
         return ordered;
     };
-    return {.name = "packet", .trace = trace, .answers = in_ray_order};
+    return {.name = std::move(name), .trace = trace, .answers = in_ray_order};
+}
+
+Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
+    return tile_tracer("packet", std::make_shared<const cpu::TileTracer>(bvh, target), set);
 }
 
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {

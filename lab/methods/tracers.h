@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "common/base/aligned_vector.h"
@@ -12,7 +13,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
-#include "cpu/image/pixel_shader.h"
+#include "cpu/image/tile_tracer.h"
 
 namespace mray::lab {
 
@@ -74,11 +75,8 @@ struct RaySet {
     void close_tile(const cpu::Tile& tile);
 };
 
-/// params.width and height must be multiples of kTileSize.
-RaySet make_primary_rays(const ImageParams& params);
-
-/// The camera's rays row by row: single rays.
-RaySet make_row_rays(const ImageParams& params);
+/// params.width and height must be multiples of kTileSize. kOneRay: row by row.
+RaySet make_primary_rays(const ImageParams& params, RayKind kind = RayKind::kPrimary);
 
 /// Rays from the `hits` of `primary`: shadow rays, diffuse ones (one a pixel) or ambient occlusion
 /// (`samples` a pixel). If they could be more than `most_rays`, only every n-th tile has rays, for
@@ -109,13 +107,17 @@ enum class RaysAtOnce {
 /// A way to trace a set of rays, which outlives it.
 struct Tracer {
     std::string name;
-    /// Of the tracers of a group the fastest makes a row.
+    /// Of the tracers of a group the fastest makes a row of the benchmark. In charts a family:
+    /// "ours", "Vulkan", "GPU peer", "2007", "Embree fast", "Embree robust" or "rules".
     std::string group = {};
     RaysAtOnce at_once = RaysAtOnce::kPacket;
     /// Runs in the calling thread's arena. This is timed.
     std::function<void(const TileRange&)> trace;
     /// Of the last trace of each tile. Records that tracers have in common hold the last one.
     std::function<TraceAnswers()> answers;
+    /// In charts, slow ones trace fewer rays than the others, or only these tiles.
+    bool slow = false;
+    std::optional<TileRange> tiles = {};
 };
 
 /// Active rays that differ in hit or miss, in the triangle (mostly ties), or in t by more than 1e-4
@@ -151,50 +153,48 @@ void for_each_pixel(const cpu::Tile& tile, Visit visit) {
     }
 }
 
-/// Calls visit(begin, count) for the active rays of a tile: consecutive ones, at most `most`.
-template <class Visit>
-void for_each_active_run(const RaySet& set, const TileRays& tile, std::size_t most, Visit visit) {
-    for (std::size_t i = tile.begin; i < tile.end;) {
-        const std::size_t limit = i + std::min(most, tile.end - i);
-        std::size_t end = i;
-        while (end < limit && set.active[end] != 0) ++end;
-        if (end > i) visit(i, end - i);
-        i = std::max(end, i + 1);
-    }
-}
-
 /// Calls visit(tile) for some tiles, in the calling thread's arena.
 template <class Visit>
 void for_each_tile(const RaySet& set, const TileRange& range, Visit visit) {
     tbb::parallel_for(range.begin, range.end, [&](std::size_t i) { visit(set.tiles[i]); });
 }
 
-/// "packet", for primary, shadow or aimed rays: tiles of 64 x 64. Rays that have too little in
-/// common go to single rays. The tree outlives this tracer and those below.
+/// For primary, shadow or aimed rays: by the tiles of any tracer. Tracers may have their answers in
+/// common, which are then read after each trace.
+Tracer tile_tracer(std::string name, std::shared_ptr<const cpu::ImageTracer> tracer,
+                   const RaySet& set, std::shared_ptr<TraceAnswers> answers = nullptr);
+/// "packet": tiles of 64 x 64. Rays that have too little in common go to single rays. The tree
+/// outlives this tracer and those below.
 Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
 /// Packets, "stream", which is the rays of a tile by one call, and "single", a call a ray; of these
 /// what suits the rays.
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
 /// "reference": the scalar tracer.
 Tracer reference_tracer(const Bvh& bvh, const RaySet& set);
-/// By intersect(rays, hits) and occluded(rays, occluded) of any tracer, a ray or a tile's rays by
-/// one call.
+/// By intersect(rays, hits) and occluded(rays, occluded) of any tracer, a ray or a tile's
+/// consecutive active rays by one call.
 template <class Traces>
 Tracer batch_tracer(std::string name, RaysAtOnce at_once, std::shared_ptr<const Traces> tracer,
-                    const RaySet& set) {
+                    const RaySet& set, std::shared_ptr<TraceAnswers> answers = nullptr) {
     const std::size_t most =
         at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
-    const auto answers = std::make_shared<TraceAnswers>(set);
+    if (answers == nullptr) answers = std::make_shared<TraceAnswers>(set);
     const auto trace = [tracer, most, answers, &set](const TileRange& range) {
         for_each_tile(set, range, [&](const TileRays& tile) {
-            for_each_active_run(set, tile, most, [&](std::size_t begin, std::size_t count) {
+            for (std::size_t end = tile.begin; end < tile.end;) {
+                const std::size_t begin = end;
+                const std::size_t limit = begin + std::min(most, tile.end - begin);
+                while (end < limit && set.active[end] != 0) ++end;
+                const std::size_t count = end - begin;
                 const auto rays = std::span(set.rays).subspan(begin, count);
-                if (set.any_hit()) {
+                if (count == 0) {
+                    ++end;
+                } else if (set.any_hit()) {
                     tracer->occluded(rays, std::span(answers->occluded).subspan(begin, count));
                 } else {
                     tracer->intersect(rays, std::span(answers->hits).subspan(begin, count));
                 }
-            });
+            }
         });
     };
     return {.name = std::move(name), .at_once = at_once, .trace = trace, .answers = [answers] {

@@ -169,7 +169,7 @@ TEST(BuildPeerTree, HasEveryFiniteTriangleOnce) {
 
 BenchScene open(const std::string& spec) {
     ViewSpec view;
-    view.width = view.height = 32;
+    view.width = view.height = 64;
     return open_bench_scene(spec, view);
 }
 

@@ -137,8 +137,8 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracers) {
         const ChartScene scene = make_chart_scene(input);
         const MakeTracers methods = chart_methods(scene, {});
         const auto ours = [&](const ChartRays& rays) {
-            std::vector<ChartTracer> tracers = methods(rays);
-            std::erase_if(tracers, [](const ChartTracer& one) { return one.family != "ours"; });
+            std::vector<Tracer> tracers = methods(rays);
+            std::erase_if(tracers, [](const Tracer& one) { return one.group != "ours"; });
             EXPECT_GE(tracers.size(), 4u);
             return tracers;
         };
@@ -155,12 +155,12 @@ TEST(Chart, SeesAPlantedMethodInItsOwnPointAlone) {
     const ChartScene scene = make_chart_scene(cloth());
     const MakeTracers methods = chart_methods(scene, {});
     const auto with_planted = [&](const ChartRays& rays) {
-        std::vector<ChartTracer> tracers = methods(rays);
-        ChartTracer planted = tracers.front();
-        planted.method = "planted";
-        planted.tiles = rays.scene_space.whole();
-        planted.tracer = reference_tracer(scene.scene_space.bvh, rays.scene_space);
-        planted.tracer.answers = [right = planted.tracer.answers] {
+        std::vector<Tracer> tracers = methods(rays);
+        Tracer planted = reference_tracer(scene.scene_space.bvh, rays.scene_space);
+        planted.name = "planted";
+        planted.group = "ours";
+        planted.slow = true;
+        planted.answers = [right = planted.answers] {
             TraceAnswers answers = right();
             for (std::size_t i = 0; i < answers.hits.size(); i += 64) answers.hits[i] = no_hit();
             for (std::size_t i = 0; i < answers.occluded.size(); i += 64) answers.occluded[i] ^= 1;

@@ -15,7 +15,7 @@ fail() { printf '%s\n' "$*" "$(cat "$scratch/out")" >&2; exit 1; }
 expect() {
     local expected=$1 code=0
     shift
-    "$program" "$@" >"$scratch/out" 2>&1 || code=$?
+    "$program" builds "$@" >"$scratch/out" 2>&1 || code=$?
     [ "$code" = "$expected" ] || fail "exit code $code instead of $expected: $*"
 }
 

@@ -71,7 +71,7 @@ set(places
     # One source that reads JSON, and one header for writing it.
     "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "^CLI/"                     "^(app/cli/|lab/bench/options\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
+    "^CLI/"                     "^(app/cli/|lab/bench/main\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)

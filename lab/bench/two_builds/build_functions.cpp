@@ -18,20 +18,15 @@ namespace {
 constexpr std::size_t kParts = 16;
 
 struct OpenScene {
-    explicit OpenScene(const std::string& spec)
-        : scene(open_bench_scene(spec, ViewSpec())),
-          rays(arena.execute([&] { return SceneRays(scene); })) {}
-
-    RaySet rays_of(const std::string& work) const {
-        for (const RayKind kind : kAllKinds)
-            if (work == name_of(kind)) return rays.rays(kind);
-        throw Error(ErrorKind::kBadArgument, "{}: no such work", work);
-    }
-
     ThreadArena arena{1};
     BenchScene scene;
-    SceneRays rays;
 };
+
+RaySet rays_of(const BenchScene& scene, const std::string& work) {
+    for (const RayKind kind : kAllKinds)
+        if (work == name_of(kind)) return scene.rays(kind);
+    throw Error(ErrorKind::kBadArgument, "{}: no such work", work);
+}
 
 /// The bytes of all answers to the rays of a set; 0 where it has no rays.
 std::vector<unsigned char> bytes_of(const RaySet& set, const TraceAnswers& traced,
@@ -50,8 +45,9 @@ BuiltTracer open(const std::string& spec, const std::string& work, const std::st
                  const std::string& simd) {
     // The scene that was opened last, since works of one scene are opened one after the other.
     static std::shared_ptr<OpenScene> scene;
-    if (scene == nullptr || scene->scene.name != spec) scene = std::make_shared<OpenScene>(spec);
-    const auto set = std::make_shared<const RaySet>(scene->rays_of(work));
+    if (scene == nullptr || scene->scene.name != spec)
+        scene.reset(new OpenScene{.scene = open_bench_scene(spec, ViewSpec())});
+    const auto set = std::make_shared<const RaySet>(rays_of(scene->scene, work));
     for (const Tracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd), *set)) {
         if (tracer.name != tracer_name) continue;
         const std::vector<TileRange> parts = set->ranges(kParts);

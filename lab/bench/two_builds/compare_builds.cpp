@@ -1,4 +1,3 @@
-// Traces the works of the benchmark by two builds of this project in one process, in turn.
 #include <dlfcn.h>
 #include <fmt/format.h>
 
@@ -19,8 +18,7 @@ namespace {
 /// It stays loaded, because TBB's threads may run its code to the end of the process.
 const BuildFunctions& load_build(const std::string& file) {
     void* const object = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (object == nullptr) throw Error(ErrorKind::kUnavailable, dlerror());
-    void* const symbol = dlsym(object, kBuildSymbol);
+    void* const symbol = object == nullptr ? nullptr : dlsym(object, kBuildSymbol);
     if (symbol == nullptr) throw Error(ErrorKind::kUnavailable, dlerror());
     const BuildFunctions& build = *reinterpret_cast<const BuildFunctions* (*)()>(symbol)();
     if (build.interface != kBuildInterface) {
@@ -42,46 +40,35 @@ std::uint64_t count_differences(const BuiltTracer& a, const BuiltTracer& b) {
     return count;
 }
 
-std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
-                      const std::string& scene, const std::string& work, const std::string& tracer,
-                      const std::string& simd, int repeat, Report& report) {
-    const BuiltTracer a = ours.open(scene, work, tracer, simd);
-    const BuiltTracer b = theirs.open(scene, work, tracer, simd);
-    if (!a.trace_part || !b.trace_part) return 0;
-    const auto run = [](const BuiltTracer& built) {
-        return [&built](std::size_t part) { return timed([&] { built.trace_part(part); }); };
-    };
-    const Method methods[] = {{tracer, {}, run(a)},
-                              {fmt::format("{} {}", theirs.version, simd), {}, run(b), "", [&] {
-                                   return count_differences(a, b);
-                               }}};
-    return report.compare({work, Unit::kMrayPerSecond, a.rays}, methods, std::min(a.parts, b.parts),
-                          repeat);
-}
+}  // namespace
 
-/// Returns 1 if an answer differs, else 0.
-int run(const BenchOptions& options) {
+int compare_builds(const BenchOptions& options) {
     const BuildFunctions& ours = load_build(options.this_build);
     const BuildFunctions& theirs = load_build(options.other_build);
     Report report(fmt::format("# {}; ours is {}\n", machine_name(), ours.version), "");
     std::uint64_t differences = 0;
+    const auto compare = [&](const std::string& scene, const std::string& work,
+                             const std::string& tracer, const std::string& simd) {
+        const BuiltTracer a = ours.open(scene, work, tracer, simd);
+        const BuiltTracer b = theirs.open(scene, work, tracer, simd);
+        if (!a.trace_part || !b.trace_part) return;
+        const auto run = [](const BuiltTracer& built) {
+            return [&built](std::size_t part) { return timed([&] { built.trace_part(part); }); };
+        };
+        const Method methods[] = {{tracer, {}, run(a)},
+                                  {fmt::format("{} {}", theirs.version, simd), {}, run(b), "", [&] {
+                                       return count_differences(a, b);
+                                   }}};
+        differences += report.compare({work, kMrayPerSecond, a.rays}, methods,
+                                      std::min(a.parts, b.parts), options.repeat);
+    };
     for (const std::string& scene : options.scenes) {
         report.begin(scene, 1);
-        for (const std::string& work : options.works) {
-            for (const char* const tracer : {"packet", "stream", "single"}) {
-                for (const std::string& simd : options.simd)
-                    differences +=
-                        compare(ours, theirs, scene, work, tracer, simd, options.repeat, report);
-            }
-        }
+        for (const std::string& work : options.works)
+            for (const char* const tracer : {"packet", "stream", "single"})
+                for (const std::string& simd : options.simd) compare(scene, work, tracer, simd);
     }
     return differences == 0 ? 0 : 1;
 }
 
-}  // namespace
 }  // namespace mray::lab
-
-int main(int argc, char** argv) {
-    using namespace mray::lab;
-    return bench_main(BenchProgram::kBuilds, argc, argv, run);
-}
