@@ -39,10 +39,15 @@ void for_each_child(const Node& node, Use use) {
         use(slot, node.child[slot]);
 }
 
+/// plane_at() as a sum that cannot wrap, so that a known plane costs nothing.
+inline std::size_t plane_place(std::uint32_t axis, std::uint32_t side, std::uint32_t slot) {
+    return std::size_t{plane_at(2 * axis + side, 0)} + plane_at(0, slot);
+}
+
 /// The lower (side 0) or upper plane (side 1) of a slot's box.
 inline float plane_of(const Node& node, std::uint32_t axis, std::uint32_t side,
                       std::uint32_t slot) {
-    return node.planes[plane_at(2 * axis + side, slot)];
+    return node.planes[plane_place(axis, side, slot)];
 }
 
 inline Box slot_box(const Node& node, std::uint32_t slot) {
@@ -52,8 +57,8 @@ inline Box slot_box(const Node& node, std::uint32_t slot) {
 
 inline void set_slot_box(Node& node, std::uint32_t slot, const Box& box) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        node.planes[plane_at(2 * axis, slot)] = box.lower[axis];
-        node.planes[plane_at(2 * axis + 1, slot)] = box.upper[axis];
+        node.planes[plane_place(axis, 0, slot)] = box.lower[axis];
+        node.planes[plane_place(axis, 1, slot)] = box.upper[axis];
     }
 }
 

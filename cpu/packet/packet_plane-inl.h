@@ -309,13 +309,12 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
     std::uint32_t hits = 0;
     for (std::size_t l = 0; l < kWidth; l += kLanes) {
         const FloatVec org[3] = {splat(frame.org.x), splat(frame.org.y), splat(frame.org.z)};
-        const std::size_t v = l / kLanes;
-        const FloatVec lower[3] = {planes_of(node, 0, 0, v) - org[0],
-                                   planes_of(node, 1, 0, v) - org[1],
-                                   planes_of(node, 2, 0, v) - org[2]};
-        const FloatVec upper[3] = {planes_of(node, 0, 1, v) - org[0],
-                                   planes_of(node, 1, 1, v) - org[1],
-                                   planes_of(node, 2, 1, v) - org[2]};
+        const FloatVec lower[3] = {planes_of(node, 0, 0, l) - org[0],
+                                   planes_of(node, 1, 0, l) - org[1],
+                                   planes_of(node, 2, 0, l) - org[2]};
+        const FloatVec upper[3] = {planes_of(node, 0, 1, l) - org[0],
+                                   planes_of(node, 1, 1, l) - org[1],
+                                   planes_of(node, 2, 1, l) - org[2]};
         FloatVec largest = zero();
         for (int axis = 0; axis < 3; ++axis)
             largest = max(largest, max(abs(lower[axis]), abs(upper[axis])));
@@ -413,11 +412,10 @@ private:
         order_of(children.q, order);
         for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
             const std::uint32_t slot = first_bit(rest);
-            const std::uint32_t child = child_of(node, slot);
-            assert(child != kEmptyChild);
+            assert(child_of(node, slot) != kEmptyChild);
             stack_[size_ + hwy::PopCount(kept & slots_before(order, order[slot]))] = {
-                active_at[slot], children.q[slot], child};
-            prefetch_child(bvh_, child);
+                active_at[slot], children.q[slot], child_of(node, slot)};
+            prefetch_child(bvh_, child_of(node, slot));
         }
         size_ += static_cast<std::uint32_t>(hwy::PopCount(kept));
     }

@@ -256,9 +256,9 @@ struct BoxLanes {
 
 /// The boxes in `slot` and the following ones.
 HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t slot) {
-    const std::size_t v = slot / kLanes;
-    return {{planes_of(node, 0, 0, v), planes_of(node, 1, 0, v), planes_of(node, 2, 0, v)},
-            {planes_of(node, 0, 1, v), planes_of(node, 1, 1, v), planes_of(node, 2, 1, v)}};
+    return {
+        {planes_of(node, 0, 0, slot), planes_of(node, 1, 0, slot), planes_of(node, 2, 0, slot)},
+        {planes_of(node, 0, 1, slot), planes_of(node, 1, 1, slot), planes_of(node, 2, 1, slot)}};
 }
 
 HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,

@@ -15,11 +15,12 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// Vector v of the lower (side 0) or upper planes (side 1) of an axis.
+// `slot` is the first slot of a vector.
+
+/// The lower (side 0) or upper planes (side 1) of an axis.
 HWY_INLINE FloatVec planes_of(const Node& node, std::uint32_t axis, std::uint32_t side,
-                              std::size_t v) {
-    const auto slot = static_cast<std::uint32_t>(v * kLanes);
-    return load_unaligned(node.planes + plane_at(2 * axis + side, slot));
+                              std::size_t slot) {
+    return load_unaligned(node.planes + plane_at(2 * axis + side, 0) + slot);
 }
 
 inline constexpr std::uint32_t kQuarters = kWidth / 4;
@@ -27,18 +28,17 @@ inline constexpr std::uint32_t kQuarters = kWidth / 4;
 /// The same of four slots, from slot 4 * quarter on.
 HWY_INLINE Float4 four_planes(const Node& node, std::uint32_t axis, std::uint32_t side,
                               std::uint32_t quarter) {
-    return load4(node.planes + plane_at(2 * axis + side, 4 * quarter));
+    return load4(node.planes + plane_place(axis, side, 4 * quarter));
 }
 
-/// Vector v of the child entries.
-HWY_INLINE UintVec children_of(const Node& node, std::size_t v) {
-    return load_unaligned(node.child + v * kLanes);
+HWY_INLINE UintVec children_of(const Node& node, std::size_t slot) {
+    return load_unaligned(node.child + slot);
 }
 
 /// The slots of leaves and the empty ones, as bits.
 HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
     return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
-        return float_mask(as_int(children_of(node, slot / kLanes)) < hn::Zero(kInts));
+        return float_mask(as_int(children_of(node, slot)) < hn::Zero(kInts));
     });
 }
 
@@ -62,15 +62,14 @@ public:
               reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(&node) + offset)) {}
 
     HWY_INLINE float operator[](std::uint32_t slot) const { return first_[slot]; }
-    /// Vector v of them.
-    HWY_INLINE FloatVec vector(std::size_t v) const { return load_unaligned(first_ + v * kLanes); }
+    HWY_INLINE FloatVec vector(std::size_t slot) const { return load_unaligned(first_ + slot); }
 
 private:
     const float* first_;
 };
 
-HWY_INLINE FloatVec planes_of(const Node& node, std::uint32_t offset, std::size_t v) {
-    return SlotPlanes(node, offset).vector(v);
+HWY_INLINE FloatVec planes_of(const Node& node, std::uint32_t offset, std::size_t slot) {
+    return SlotPlanes(node, offset).vector(slot);
 }
 
 }  // namespace mray::cpu::HWY_NAMESPACE

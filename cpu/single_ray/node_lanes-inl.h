@@ -39,15 +39,15 @@ struct BoxTimes {
     FloatVec enter_axis[3], enter, leave;
 };
 
-/// The times for vector v of a node's boxes, up to last_entry() of `last`.
+/// The times for a node's boxes from `slot` on, up to last_entry() of `last`.
 HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float last,
-                              const Node& node, std::size_t v) {
+                              const Node& node, std::size_t slot) {
     const FloatVec end = splat(last_entry(stream.depth_margin[ray], last));
     FloatVec enter[3], leave[3];
     for (int axis = 0; axis < 3; ++axis) {
         const std::uint32_t near_offset = stream.near_offset[axis][ray];
-        const FloatVec near = planes_of(node, near_offset, v);
-        const FloatVec far = planes_of(node, other_side(near_offset), v);
+        const FloatVec near = planes_of(node, near_offset, slot);
+        const FloatVec far = planes_of(node, other_side(near_offset), slot);
         enter[axis] = mul_sub(near, splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
         leave[axis] =
             mul_sub(far, splat(stream.rdir_far[axis][ray]), splat(stream.k_far[axis][ray]));
@@ -60,7 +60,7 @@ HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float la
 /// The slots whose boxes the ray meets up to tfar, as bits.
 HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, const Node& node) {
     return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
-        const BoxTimes times = box_times(stream, ray, stream.last_depth[ray], node, slot / kLanes);
+        const BoxTimes times = box_times(stream, ray, stream.last_depth[ray], node, slot);
         return times.enter <= times.leave;
     });
 }
@@ -68,10 +68,10 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, con
 /// Where the ray enters the boxes on its main axis, which is kAxis unless that is kAnyAxis.
 template <int kAxis>
 HWY_INLINE FloatVec enter_main_axis(const RayStream& stream, std::size_t ray, const Node& node,
-                                    std::size_t v, const BoxTimes& times) {
+                                    std::size_t slot, const BoxTimes& times) {
     if constexpr (kAxis == kAnyAxis) {
         const std::uint32_t axis = stream.axis[ray];
-        return mul_sub(planes_of(node, stream.near_offset[axis][ray], v),
+        return mul_sub(planes_of(node, stream.near_offset[axis][ray], slot),
                        splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
     } else {
         return times.enter_axis[kAxis];
@@ -86,8 +86,8 @@ HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, fl
     const FloatVec margin = splat(stream.depth_margin[ray]);
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const BoxTimes times = box_times(stream, ray, last, node, v);
-        const FloatVec along = enter_main_axis<kAxis>(stream, ray, node, v, times);
+        const BoxTimes times = box_times(stream, ray, last, node, v * kLanes);
+        const FloatVec along = enter_main_axis<kAxis>(stream, ray, node, v * kLanes, times);
         const Mask met = (times.enter <= times.leave) & (along <= splat(last));
         t_least[v] = lanes::least_depth(times.enter, along, margin);
         slots |= bits_of(met) << (v * kLanes);
@@ -185,8 +185,9 @@ HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const N
         FloatVec leave = splat(kInfiniteT);
         for (int axis = 0; axis < 3; ++axis) {
             const std::uint32_t offset = bundle.near_offset[axis];
-            const FloatVec near = planes_of(node, offset, v) - bundle.org_near[axis];
-            const FloatVec far = planes_of(node, other_side(offset), v) - bundle.org_far[axis];
+            const FloatVec near = planes_of(node, offset, v * kLanes) - bundle.org_near[axis];
+            const FloatVec far =
+                planes_of(node, other_side(offset), v * kLanes) - bundle.org_far[axis];
             const FloatVec least = splat(bundle.rdir_least[axis]);
             const FloatVec most = splat(bundle.rdir_most[axis]);
             // The earliest and the latest time of a ray.
