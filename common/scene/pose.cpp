@@ -12,7 +12,7 @@ namespace mray {
 namespace {
 
 // Vertices a task: 192 KiB of positions.
-constexpr std::size_t kGrain = 1024 * kMotionBlock;
+constexpr std::size_t kVertexGrain = 1024 * kMotionBlock;
 
 }  // namespace
 
@@ -65,7 +65,7 @@ void Pose::move_to(std::span<const vec3> positions) {
     assert(positions.size() == positions_.size());
     begin_move();
     using Range = tbb::blocked_range<std::size_t>;
-    tbb::parallel_for(Range(0, positions.size(), kGrain), [&](const Range& range) {
+    tbb::parallel_for(Range(0, positions.size(), kVertexGrain), [&](const Range& range) {
         write(range.begin(), positions.subspan(range.begin(), range.size()));
     });
 }
