@@ -145,7 +145,9 @@ private:
 
 ExitCode run_command(const TraceOptions& options, const Messages& messages) {
     check_reports({options.out});
-    const auto [rays, excluded] = read_rays(options.ray_file, options.binary_rays);
+    const RayFile file = read_rays(options.ray_file, options.binary_rays);
+    const std::span rays(file.rays);
+    const std::span excluded(file.excluded);
     const PosedAnimation posed =
         pose_animation(options.source, options.backend, options.frame, messages);
     const std::size_t triangles = posed.animation->topology().triangles.size();
@@ -160,9 +162,8 @@ ExitCode run_command(const TraceOptions& options, const Messages& messages) {
                     unknown->prim_id, triangles);
     RayTracer tracer(options, posed);
     in_batches("tracing", rays.size(), messages, [&](std::size_t first, std::size_t count) {
-        tracer.trace(std::span(rays).subspan(first, count),
-                     excluded.empty() ? std::span<const morphray::Primitive>()
-                                      : std::span(excluded).subspan(first, count));
+        tracer.trace(rays.subspan(first, count),
+                     excluded.empty() ? excluded : excluded.subspan(first, count));
     });
     tracer.warn(messages);
     write_report(options.out, tracer.text());
