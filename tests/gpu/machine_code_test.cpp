@@ -150,7 +150,8 @@ Answer answer_of(const char* family, const Kernels& kernels) {
 class MachineCode : public testing::TestWithParam<std::tuple<const char*, bool>> {};
 
 TEST_P(MachineCode, RoundsAsTheCpuDoes) {
-    const auto [family, is_storage] = GetParam();
+    const char* const family = std::get<0>(GetParam());
+    const bool is_storage = std::get<1>(GetParam());
 #define KERNEL(name) {#name, Words(std::begin(k_##name##_spirv), std::end(k_##name##_spirv))},
     Kernels kernels = {MORPHRAY_KERNELS(KERNEL)};
     std::erase_if(kernels, [&](auto& k) { return k.first.ends_with("_storage") != is_storage; });
