@@ -54,16 +54,16 @@ DeviceImpl::DeviceImpl(MakeBackend make, const CpuOptions& host)
     description_ = backend->info().description;
 }
 
-std::unique_ptr<mray::Backend> DeviceImpl::make_backend() const {
-    std::unique_ptr<mray::Backend> backend = make_();
-    if (backend->info().is_on_processor) return backend;
-    return mray::cpu::with_host_answers(std::move(backend), simd_target_);
-}
-
 Device DeviceImpl::make(MakeBackend make, const CpuOptions& host) {
     return with_public_errors([&] {
         if (host.threads < 0) throw_bad_argument("threads: must not be negative");
         return Device(std::make_shared<DeviceImpl>(std::move(make), host));
+    });
+}
+
+Device DeviceImpl::make_on_device(MakeBackend make) {
+    return DeviceImpl::make([make = std::move(make)] {
+        return mray::cpu::with_host_answers(make(), mray::best_simd_target());
     });
 }
 
@@ -120,7 +120,7 @@ Device Device::vulkan(const VulkanOptions& options) {
         const std::optional<DeviceCheck> kept = kept_check(info);
         const DeviceCheck check = kept ? *kept : run_self_test(info);
         if (!check.passed) throw Error(check.code, check.problem);
-        return DeviceImpl::make(SharedVulkan{options});
+        return DeviceImpl::make_on_device(SharedVulkan{options});
     });
 }
 

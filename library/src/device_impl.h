@@ -15,7 +15,7 @@ namespace morphray::detail {
 /// A backend holds one scene, so each scene has one of its own. Threads may share a DeviceImpl.
 class DeviceImpl {
 public:
-    /// Makes a backend of a CPU or a device for a scene. Threads may call it at the same time.
+    /// Makes a backend for a scene; threads may call it at the same time. Throws mray::Error.
     using MakeBackend = std::function<std::unique_ptr<mray::Backend>()>;
 
     /// `host`: threads and instruction set of the host's work.
@@ -23,6 +23,8 @@ public:
 
     /// Throws Error.
     static Device make(MakeBackend make, const CpuOptions& host = {});
+    /// The same for backends of gpu/vulkan_backend.h, whose queries the host completes.
+    static Device make_on_device(MakeBackend make);
     static DeviceImpl& of(const Device& device) { return *device.impl_; }
 
     const std::string& name() const { return name_; }
@@ -32,8 +34,8 @@ public:
     const mray::SimdTarget& simd_target() const { return simd_target_; }
     mray::ThreadArena& arena() { return arena_; }
 
-    /// A backend that answers all queries. Throws mray::Error.
-    std::unique_ptr<mray::Backend> make_backend() const;
+    /// Throws mray::Error.
+    std::unique_ptr<mray::Backend> make_backend() const { return make_(); }
 
 private:
     MakeBackend make_;

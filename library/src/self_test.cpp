@@ -148,8 +148,8 @@ DeviceCheck run_self_test(const mray::gpu::DeviceInfo& info) {
             for (const mray::gpu::Tuning& tuning : tunings) {
                 const auto device =
                     mray::gpu::open_device({.device = std::to_string(info.index)}, tuning);
-                const Device tested =
-                    DeviceImpl::make([=] { return mray::gpu::make_backend_on(device, tuning); });
+                const Device tested = DeviceImpl::make_on_device(
+                    [=] { return mray::gpu::make_backend_on(device, tuning); });
                 const std::string difference = find_difference(tested);
                 if (!difference.empty())
                     return keep_failure(info, ErrorCode::unavailable,

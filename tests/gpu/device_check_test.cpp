@@ -146,8 +146,8 @@ std::string difference(Faults& faults, gpu::BufferKind kind, unsigned float_mode
     _mm_setcsr(mode_before | float_mode);
     const std::shared_ptr<gpu::SharedDevice> device = gpu::open_device({}, tuning);
     _mm_setcsr(mode_before);
-    const morphray::Device tested =
-        morphray::detail::DeviceImpl::make([=] { return gpu::make_backend_on(device, tuning); });
+    const morphray::Device tested = morphray::detail::DeviceImpl::make_on_device(
+        [=] { return gpu::make_backend_on(device, tuning); });
     const std::string found = morphray::detail::find_difference(tested);
     if (!found.empty() || float_mode == 0) return found;
     return morphray::detail::flushes_denormals(tested) ? "denormals" : "";
