@@ -1,6 +1,5 @@
 #include "gpu/queries.h"
 
-#include <cassert>
 #include <numeric>
 
 #include "common/interop/tie_break_rule.h"
