@@ -112,7 +112,8 @@ mray::Hit find_next(SceneImpl& scene, const QueryFilter& filter, const Ray& worl
     if (found.prim_id == mray::kNoPrim) return found;
     if (crossing != Crossing::once || !mray::may_touch_border(found.u, found.v)) return found;
     const RayPart part({scene, filter, {0}}, {&world, 1});
-    for (const mray::Hit& hit : list_hits(part, crossing).front())
+    const auto lists = list_hits(part, crossing);
+    for (const mray::Hit& hit : lists.front())
         if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
     return mray::no_hit();
 }
