@@ -79,11 +79,11 @@ private:
 
 using Instructions = std::vector<Module::Instruction>;
 
-/// Turns subtractions into sums, and infinity into 1.
+/// Exchanges sums and differences, and turns infinity into 1.
 void break_kernel(std::vector<std::uint32_t>& words) {
     Module module(words);
     for (Module::Instruction& i : module.instructions) {
-        if (i[0] == kSubtract) i[0] = kAdd;
+        if (i[0] == kAdd || i[0] == kSubtract) i[0] = kAdd + kSubtract - i[0];
         if (i[0] == kConstant && i[3] == 0x7F800000) i[3] = 0x3F800000;
     }
 }
