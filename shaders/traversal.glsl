@@ -24,8 +24,8 @@ uint status;
 uint meet_children(uint node);
 /// Tests triangles of a leaf from `triangle` on, and sets that to the next one, `count` at the end.
 uint test_triangles(uint leaf, uint count);
-/// Whether a box of this key need no longer be visited.
-bool is_over(uint key);
+/// Boxes of larger keys need no longer be visited.
+uint last_key();
 
 void begin_traversal() {
     current = 0u;
@@ -48,15 +48,16 @@ void consider(uint child, uint key) {
     current_key = key;
 }
 
-/// Pops entries up to one that is not over. Returns the number of iterations.
+/// Pops entries up to one that is to be visited. Returns the number of iterations.
 uint pop() {
     uint steps = 0u;
+    uint last = last_key();
     current = kEmptyChild;
     do {
         bool is_any = stack_size > 0u;
         stack_size -= is_any ? 1u : 0u;
         uvec2 entry = stack[stack_size];
-        current = is_any && !is_over(entry.y) ? entry.x : kEmptyChild;
+        current = is_any && entry.y <= last ? entry.x : kEmptyChild;
         ++steps;
     } while (current == kEmptyChild && stack_size > 0u);
     return steps;

@@ -18,7 +18,7 @@ bool meets(vec3 lower, vec3 upper, out uint key) {
     return key <= answer.x;
 }
 
-bool is_over(uint key) { return key > answer.x; }
+uint last_key() { return answer.x; }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!finite_vertices(a, b, c)) return 0u;

@@ -29,7 +29,7 @@ bool meets(vec3 lower, vec3 upper, out uint key) {
     return is_met && t_least <= last_depth(least_t());
 }
 
-bool is_over(uint key) { return uintBitsToFloat(key) > last_depth(least_t()); }
+uint last_key() { return floatBitsToUint(last_depth(least_t())); }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     TriangleHit hit;

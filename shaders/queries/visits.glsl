@@ -1,5 +1,5 @@
 // Queries about all triangles in some boxes in the traversal, one a lane. A kernel calls answer_query(),
-// and defines is_over() and the functions that are declared here.
+// and defines last_key() and the functions that are declared here.
 
 /// Whether a box is to be visited, and its key.
 bool meets(vec3 lower, vec3 upper, out uint key);

@@ -17,7 +17,7 @@ bool meets(vec3 lower, vec3 upper, out uint key) {
     return may_cross_in(point, lower, upper);
 }
 
-bool is_over(uint key) { return false; }
+uint last_key() { return 0xFFFFFFFFu; }
 
 /// The order of the list depends on the schedule; its contents do not.
 void list_uncertain(uint prim_id) {

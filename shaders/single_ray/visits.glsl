@@ -71,7 +71,8 @@ FourBoxes meet(NodeRay ray, float last, uvec4 near_x, uvec4 near_y, uvec4 near_z
                          vec4(kSlabRounding);
     precise vec4 early = enter - vec4(ray.depth_margin);
     FourBoxes boxes;
-    boxes.least = max(max(enter_z, early), vec4(0.0f));
+    // The bits of these are keys, so no zero is negative.
+    boxes.least = abs(max(max(enter_z, early), vec4(0.0f)));
     bvec4 is_near = lessThanEqual(boxes.least, vec4(last));
     bvec4 is_met = lessThanEqual(enter, leave);
     boxes.is_hit = bvec4(uvec4(is_near) & uvec4(is_met));
@@ -116,7 +117,7 @@ Hit closest_hit() {
 /// Before the first hit the ray's tfar.
 float closest_t() { return uintBitsToFloat(answer.x); }
 
-bool is_over(uint key) { return !(uintBitsToFloat(key) <= last_depth(closest_t())); }
+uint last_key() { return floatBitsToUint(last_depth(closest_t())); }
 
 void meet_quarter(uint node, uint quarter, float last) {
     FourBoxes four = MEET_FOUR(nodes, boxes, last, quarter_at(node, quarter), );
