@@ -38,8 +38,8 @@ struct Node {
     uint child[16];
 };
 
-/// The place in Node::planes of a slot's plane: a sum of a part of each. plane: 2 * axis, and 1 more
-/// for the upper ones.
+/// The place in Node::planes of a slot's plane: a sum of a part of each. plane: 2 * axis, and 1
+/// more for the upper ones.
 SHARED uint plane_at(uint plane, uint slot) { return plane * kPlaneStride + slot; }
 
 // Child entries. is_leaf() is true for kEmptyChild, too.
