@@ -106,8 +106,9 @@ struct Suspended {
     uint pad2;
 };
 
-// A saved traversal, as uints (shaders/saved_state.glsl): the next node or leaf; the size of the stack,
-// and from bit 16 on the next triangle; the four words of the answer; the stack as (child, key) pairs.
+// A saved traversal, as uints (shaders/saved_state.glsl): the next node or leaf; the size of the
+// stack, and from bit 16 on the next triangle; the four words of the answer; the stack as (child,
+// key) pairs.
 SHARED_CONST uint kStateCurrent = 0u;
 SHARED_CONST uint kStatePlaces = 1u;
 SHARED_CONST uint kStateAnswer = 2u;
