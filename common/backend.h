@@ -83,7 +83,7 @@ struct TracedTile {
 
 /// Views of one size with camera rays alone.
 struct ViewBatch {
-    /// The same for all views; only cameras differ.
+    /// For all views. Its camera is not used: `cameras` has one for each view.
     ImageParams params;
     std::span<const Camera> cameras;
     /// HitWords that are needed.

@@ -137,9 +137,10 @@ inline bool is_within(const dvec3& p) {
            std::abs(p.z) <= kMostPoint;
 }
 
-/// Finds the triangles that are exactly the closest ones of the points `exact`, the lowest prim_id
-/// of equally close ones; kNoPrim if there is none. Those whose squared distance by the rule is
-/// above `most_d2` need not be found. `points` are rounded, or on the same sides beyond kMostPoint.
+/// Finds the closest triangle of each point of `exact`, in exact arithmetic: the lowest prim_id of
+/// equally close ones, or kNoPrim. Triangles whose squared distance by the rule is above `most_d2`
+/// need not be found.
+/// `points` are `exact` in floats; beyond kMostPoint any floats beyond it on the same side.
 struct ExactClosestQuery {
     std::span<const vec3> points;
     std::span<const dvec3> exact;

@@ -149,7 +149,7 @@ private:
     std::mutex mutex_;
     /// host_tree(), or null if it has not been read since the last change.
     std::atomic<const Bvh*> tree_ = nullptr;
-    /// Those of images are not those of calls of trace() between.
+    /// finish() returns them: the times of the last image, which calls of trace() leave alone.
     BackendTimes times_;
 };
 

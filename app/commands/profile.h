@@ -1,4 +1,5 @@
-// What both kinds of `morphray profile` share: the stages of a frame, and update policies.
+// `morphray profile` measures the stages of a frame (profile.cpp) or update policies
+// (profile_policies.cpp). Both use these parts of reports.
 #pragma once
 
 #include "app/commands/commands.h"

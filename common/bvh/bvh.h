@@ -60,8 +60,8 @@ std::uint32_t first_seen(const Bvh& bvh, std::uint32_t prim_id, Sees sees) {
     return kNoPrim;
 }
 
-/// From the lowest to the highest prim_id of each subtree, with those that its triangles stand for:
-/// of all nodes, then of all leaves. O(triangles).
+/// Returns the lowest and the highest prim_id of each subtree, repeated triangles included: first
+/// for each node, then for each leaf. O(triangles).
 std::vector<IndexRange> prim_ranges(const Bvh& bvh);
 
 /// Adds triangles to those that a tree has in no leaf.

@@ -395,8 +395,7 @@ private:
         std::array<double, 3> weights;
     };
 
-    /// Whether the plane of the triangle is farther than the nearest place so far. The normal may
-    /// have any length and sign.
+    /// True if the plane of the triangle is farther away than the nearest place found so far.
     bool is_behind_plane(const Corners& corners) const {
         const dvec3 a = dvec3(corners[0]) - p_;
         const dvec3 b = dvec3(corners[1]) - p_;

@@ -271,10 +271,10 @@ SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
     return e.depth_range < e.depth_size || abs(z) > error;
 }
 
-/// Whether refine_hit() must replace t, u and v of the hit.
+/// True if t of the hit may be off by more than is allowed: then call refine_hit().
 SHARED Bool is_rough(TriangleHit hit) { return hit.error > hit.allowed; }
 
-/// Whether t of a hit may lie in [tnear, tfar] after refine_hit().
+/// True if t, which refine_hit() moves by at most hit.error, may end in [tnear, tfar].
 SHARED Bool may_be_in_range(TriangleHit hit, Float tnear, Float tfar) {
     PRECISE Float least = hit.t - hit.error;
     PRECISE Float most = hit.t + hit.error;

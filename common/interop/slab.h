@@ -128,7 +128,7 @@ SHARED Float3 box_entries(SlabRay s, Float3 lower, Float3 upper, OUT(Float) leav
     return Float3(select(nx, ux, lx), select(ny, uy, ly), select(nz, uz, lz));
 }
 
-/// Whether the ray's line meets the dilated box at some t >= 0. Sets the least depth of hits in it.
+/// True if the ray's line meets the dilated box at some t >= 0. t_least: no hit in it is nearer.
 SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) {
     Float leave;
     Float3 near = box_entries(s, lower, upper, leave);

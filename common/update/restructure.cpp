@@ -38,7 +38,7 @@ public:
         level_begin_ = {0};
         areas_.nodes = {area_of(binary_.nodes.front())};
         for (std::uint32_t begin = 0; begin < sources_.size();) {
-            if (!Collapse::may_have(level_begin_.size())) return false;
+            if (level_begin_.size() > kMaxDepth) return false;
             const auto end = static_cast<std::uint32_t>(sources_.size());
             nodes_.resize(end);
             for (std::uint32_t i = begin; i < end; ++i)

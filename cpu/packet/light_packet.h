@@ -120,7 +120,7 @@ struct alignas(kPage) LightPacket {
     float block_q[kAllLightPacketBlocks];
     /// The bounds of the active rays of each block; empty (lower > upper) without any.
     PlaneRectangles<kAllLightPacketBlocks> blocks;
-    /// The same bounds of each quad, and the least q_lower in it.
+    /// Bounds of the active rays of each quad, and the least q_lower in it.
     PlaneRectangles<kLightPacketQuads> quads;
     float quad_q[kLightPacketQuads];
     PlaneRectangles<kLightPacketGroups> groups;

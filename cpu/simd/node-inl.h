@@ -25,7 +25,7 @@ HWY_INLINE FloatVec planes_of(const Node& node, std::uint32_t axis, std::uint32_
 
 inline constexpr std::uint32_t kQuarters = kWidth / 4;
 
-/// The same of four slots, from slot 4 * quarter on.
+/// The planes of the four slots from 4 * quarter on.
 HWY_INLINE Float4 four_planes(const Node& node, std::uint32_t axis, std::uint32_t side,
                               std::uint32_t quarter) {
     return load4(node.planes + plane_place(axis, side, 4 * quarter));

@@ -128,8 +128,8 @@ HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const float& most, Near near,
 
 inline constexpr auto kSkipsNone = [](const Node&) { return false; };
 
-/// The same for the leaves that a ray whose main axis is kAxis meets, with their least depths, but
-/// for those below nodes with skips(node).
+/// Visits the leaves that a ray with main axis kAxis meets, with their least depths, as above.
+/// Nodes with skips(node) are left out.
 template <int kAxis, class VisitLeaf, class Skips = decltype(kSkipsNone)>
 HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                                    const float& depth, VisitLeaf visit_leaf,

@@ -13,7 +13,7 @@ struct SharedDevice;
 
 namespace mray::lab {
 
-/// The same rays in both spaces.
+/// Rays in both spaces.
 struct ChartRays {
     RaySet scene_space;
     RaySet world_space;

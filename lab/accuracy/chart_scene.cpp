@@ -33,8 +33,7 @@ private:
     std::mt19937_64 bits_;
 };
 
-/// The same tree with boxes around the positions in world space. Nothing reads the leaves'
-/// vertices.
+/// `bvh` with boxes around the positions in world space. Nothing reads the leaves' vertices.
 Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     std::vector<Box> leaf_boxes(bvh.leaves.size());
     for (std::size_t i = 0; i < bvh.leaf_vertices.size(); ++i) {

@@ -59,7 +59,7 @@ inline constexpr double kChartFov = 20;
 /// None for a scene without a target. Throws what the camera throws.
 RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk, std::size_t count);
 
-/// The same rays in world space, exactly.
+/// Moves rays to world space, exactly.
 RaySet to_world(RaySet rays, const SceneSpace& space);
 
 /// Small scenes on which intersection rules fail: a sphere, far from 0, tiny and huge; needles; a

@@ -98,7 +98,7 @@ public:
 
     /// "robust MEDIUM avx512"
     const std::string& name() const { return name_; }
-    /// The same for all that differ in the device alone.
+    /// One text for all methods that differ in the device alone.
     const char* group() const { return group_; }
 
     /// By rtcPointQuery, whose callback uses Ericson's method and narrows the query.

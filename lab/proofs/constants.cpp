@@ -22,7 +22,7 @@ float depth_slack_of_margin() {
 
 void print_all() {
     const float kDepthSlackOfMargin = depth_slack_of_margin();
-    // Those that the .g files name: cmake lists them as PROOFS_CONSTANT(kName).
+    // Prints what the .g files name: cmake lists it as PROOFS_CONSTANT(kName).
     // NOLINTNEXTLINE(cppcoreguidelines-macro-usage)
 #define PROOFS_CONSTANT(name) std::printf("%s %a\n", #name, static_cast<double>(name));
 #include "lab/proofs/constants.inc"

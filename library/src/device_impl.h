@@ -23,7 +23,7 @@ public:
 
     /// Throws Error.
     static Device make(MakeBackend make, const CpuOptions& host = {});
-    /// The same for backends of gpu/vulkan_backend.h, whose queries the host completes.
+    /// As make(), for backends of gpu/vulkan_backend.h: the host answers what they cannot.
     static Device make_on_device(MakeBackend make);
     static DeviceImpl& of(const Device& device) { return *device.impl_; }
 

@@ -44,7 +44,7 @@ public:
     }
     /// No other thread may add at the same time.
     std::uint64_t rays() const { return counted() - counted_before_; }
-    /// Those of images among them. As rays().
+    /// How many of rays() were of images. As rays().
     std::uint64_t image_rays() const { return image_rays_.load(std::memory_order_relaxed); }
     /// As rays().
     void reset() {

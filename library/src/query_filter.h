@@ -42,7 +42,7 @@ public:
     template <class Query>
     std::size_t prepare() {
         const std::size_t size = scene_.tracer().prepare(mray::is_for_host<Query>(!sees_all()));
-        // Elsewhere than on the host they would need the tree read back.
+        // The device's answers take no subtrees, for which the tree would be read back.
         if (size == 1 && hides_meshes_) meshes_ = scene_.meshes_of_subtrees();
         return size;
     }

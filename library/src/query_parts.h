@@ -10,7 +10,7 @@ inline mray::vec3 to_vector(const Vec3& p) { return {p.x, p.y, p.z}; }
 struct QueryPart {
     SceneImpl& scene;
     const QueryFilter& filter;
-    /// Those of the rays or points in the call.
+    /// The place of each ray or point in the call.
     std::vector<std::size_t> numbers;
 
     std::size_t size() const { return numbers.size(); }
@@ -47,7 +47,7 @@ void for_ray_parts(SceneImpl& scene, std::span<const Ray> all, std::size_t total
 struct PointBlock {
     SceneImpl& scene;
     QueryFilter& filter;
-    /// Those of the call.
+    /// All points of the call.
     std::span<const Vec3> world;
     std::size_t first;
     /// From number `first` on. Those that are not finite have is_finite 0 and some place.

@@ -23,7 +23,7 @@ void for_runs_of(std::size_t begin, std::size_t end, mray::Watch watch, Work wor
     mray::for_watched_runs(begin, end, watch, most, kLeastRun, work);
 }
 
-/// The same for the rays [0, total), in this thread if `arena` is null or they are few.
+/// As for_runs_of(0, total, ...), in many threads unless `arena` is null or rays are few.
 template <class Work>
 void for_each_run(mray::ThreadArena* arena, std::size_t total, mray::Watch watch, Work work,
                   std::size_t most = kRun) {

@@ -56,8 +56,8 @@ public:
     mray::Backend& tracer() const { return *tracer_; }
     Update finish_update() { return to_public(updater_->finish()); }
     const mray::VertexNormals& normals();
-    /// The only mesh of each subtree of the host's tree (mray::HidesSubtree), or kNoGeometry; valid
-    /// until the next update. The mutex must be free.
+    /// The only mesh of each subtree of the host's tree, numbered as in mray::TriangleFilter, or
+    /// kNoGeometry. Valid until the next update. The mutex must be free.
     std::span<const std::uint32_t> meshes_of_subtrees();
     /// Of the meshes at the pose of the first call.
     const EdgeCounts& edge_counts();

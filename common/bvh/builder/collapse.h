@@ -30,9 +30,6 @@ public:
     /// this object lives. Runs in the calling thread's arena.
     explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
-    /// Whether a tree may have so many levels of wide nodes and one more.
-    static bool may_have(std::size_t levels) { return levels <= kMaxDepth; }
-
     /// Returns the 2 to kWidth children of the wide node that an inner binary node becomes at this
     /// depth. If its height is at most 4 times the levels left, this one included, it fits in them.
     WideChildren children(std::uint32_t node, std::uint32_t depth) const;
