@@ -238,7 +238,7 @@ def draw(spec, narrow):
     width = 3.346 if narrow else 10  # inches
     across = len(panels) if kind == "points" and not narrow else 1
     down = math.ceil(len(panels) / across)
-    each = {"points": 1.75 if narrow else 4.6, "lines": 1.5 if narrow else 2.2,
+    each = {"points": 2.05 if narrow else 4.6, "lines": 1.5 if narrow else 2.2,
             "map": len(series) * (0.14 if narrow else 0.24) + (1.3 if "percent" in panels[0] else 0.5)}[kind]
     title = textwrap.wrap(spec["title"], int(width * 72 / (size + 2) / 0.57))
     footer = textwrap.wrap(spec["footer"], int(width * 72 / size / 0.56))
