@@ -84,6 +84,10 @@ SHARED_CONST uint kStepBudget = 3500u;
 SHARED_CONST uint kQueryStepBudget = 3000u;
 SHARED_CONST uint kRepeatsSteps = 70u;
 
+// Entries of a stack in the kernels that begin rays, which suspend a ray that may need more: fewer
+// than kMaxStack, since a GPU keeps memory for all of them and all lanes. (25 was the most in use.)
+SHARED_CONST uint kShortStack = 33u;
+
 SHARED_CONST uint kStatusStackOverflow = 1u;
 
 /// The start of the work buffer. The host sets it to 0 before a pass over rays.

@@ -1,6 +1,6 @@
 // The traversal of rays and queries, one a lane: depth first, of a node's children the one with the least
-// key next. It can stop after any visit and go on later. A kernel defines the hooks that are declared
-// here, calls begin_traversal() and traverse(), and then report().
+// key next. It can stop after any visit and go on later. A kernel defines kSteps, kStackRoom and the hooks
+// that are declared here, calls begin_traversal() and traverse(), and then report().
 #include "shaders/tree.glsl"
 
 // The state of a traversal, which saved_state.glsl keeps.
@@ -10,22 +10,22 @@ uvec4 answer;
 /// The node or leaf to visit next, or kEmptyChild at the end; and the leaf's next triangle.
 uint current;
 uint triangle;
-/// Boxes to visit later, as (child, key).
+/// Boxes to visit later, as (child, key). Keys are 0 or more: signed numbers are compared faster.
 uint stack_size;
-uvec2 stack[kMaxStack];
+uvec2 stack[kStackRoom];
 
 /// The key of `current` while the children of a node are considered.
-uint current_key;
+int current_key;
 uint status;
 
 // Hooks, of which the first two return the steps that they take: at least one for each iteration.
 
 /// Calls consider() for the children of a node that are to be visited.
 uint meet_children(uint node);
-/// Tests triangles of a leaf from `triangle` on, and sets that to the next one, `count` at the end.
+/// Tests triangles of a leaf from `triangle` on, and sets that to the next one, 0 at the end.
 uint test_triangles(uint leaf, uint count);
 /// Boxes of larger keys need no longer be visited.
-uint last_key();
+int last_key();
 
 void begin_traversal() {
     current = 0u;
@@ -37,10 +37,10 @@ void begin_traversal() {
 bool finished() { return current == kEmptyChild; }
 
 /// Makes a child the next to visit if it is the nearest so far, and pushes the other one.
-void consider(uint child, uint key) {
+void consider(uint child, int key) {
     bool is_nearer = key < current_key;
     if (current != kEmptyChild) {
-        stack[stack_size] = is_nearer ? uvec2(current, current_key) : uvec2(child, key);
+        stack[stack_size] = is_nearer ? uvec2(current, uint(current_key)) : uvec2(child, uint(key));
         stack_size += 1u;
     }
     if (!is_nearer) return;
@@ -51,20 +51,22 @@ void consider(uint child, uint key) {
 /// Pops entries up to one that is to be visited. Returns the number of iterations.
 uint pop() {
     uint steps = 0u;
-    uint last = last_key();
+    int last = last_key();
     current = kEmptyChild;
     do {
         bool is_any = stack_size > 0u;
         stack_size -= is_any ? 1u : 0u;
         uvec2 entry = stack[stack_size];
-        current = is_any && entry.y <= last ? entry.x : kEmptyChild;
+        current = is_any && int(entry.y) <= last ? entry.x : kEmptyChild;
         ++steps;
     } while (current == kEmptyChild && stack_size > 0u);
     return steps;
 }
 
 uint visit_node() {
-    if (stack_size + kWidth - 1u > kMaxStack) {
+    if (stack_size + kWidth - 1u > kStackRoom) {
+        // With a short stack it stops here, and another kernel begins anew.
+        if (kStackRoom < kMaxStack) return kSteps;
         status |= kStatusStackOverflow;
         current = kEmptyChild;
         stack_size = 0u;
@@ -72,7 +74,7 @@ uint visit_node() {
     }
     uint node = current;
     current = kEmptyChild;
-    current_key = 0xFFFFFFFFu;
+    current_key = 0x7FFFFFFF;
     uint steps = meet_children(node);
     return current == kEmptyChild ? steps + pop() : steps;
 }
@@ -81,9 +83,7 @@ uint visit_leaf() {
     uint leaf = leaf_of(current);
     uint count = leaf_triangle_count(leaf);
     uint steps = test_triangles(leaf, count);
-    if (triangle < count) return steps;
-    triangle = 0u;
-    return steps + pop();
+    return triangle != 0u ? steps : steps + pop();
 }
 
 /// Continues until finished() or the steps are used up.

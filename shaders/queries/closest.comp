@@ -13,12 +13,12 @@ vec3 point;
 
 // The bits of floats that are not negative have the floats' order.
 
-bool meets(vec3 lower, vec3 upper, out uint key) {
-    key = floatBitsToUint(box_distance2(point, lower, upper));
-    return key <= answer.x;
+bool meets(vec3 lower, vec3 upper, out int key) {
+    key = floatBitsToInt(box_distance2(point, lower, upper));
+    return uint(key) <= answer.x;
 }
 
-uint last_key() { return answer.x; }
+int last_key() { return int(answer.x); }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!finite_vertices(a, b, c)) return 0u;

@@ -22,14 +22,14 @@ float least_t() {
     return is_first ? uintBitsToFloat(answer.x) : ray.tfar;
 }
 
-bool meets(vec3 lower, vec3 upper, out uint key) {
+bool meets(vec3 lower, vec3 upper, out int key) {
     float t_least;
     bool is_met = hits_box(slab, lower, upper, t_least);
-    key = floatBitsToUint(t_least);
+    key = floatBitsToInt(t_least);
     return is_met && t_least <= last_depth(least_t());
 }
 
-uint last_key() { return floatBitsToUint(last_depth(least_t())); }
+int last_key() { return floatBitsToInt(last_depth(least_t())); }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     TriangleHit hit;

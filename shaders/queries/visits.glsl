@@ -2,11 +2,12 @@
 // and defines last_key() and the functions that are declared here.
 
 /// Whether a box is to be visited, and its key.
-bool meets(vec3 lower, vec3 upper, out uint key);
+bool meets(vec3 lower, vec3 upper, out int key);
 /// Returns the steps that it took besides one.
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id);
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kQueryStepBudget;
+const uint kStackRoom = kMaxStack;
 layout(push_constant) uniform Arguments { QueryArguments args; };
 
 READ1(Repeated, repeated, kBindRepeated);
@@ -57,7 +58,7 @@ uint meet_children(uint node) {
         vec4 upper_z = four_planes(node, quarter, 2u, 1u);
         uvec4 child = four_children(node, quarter);
         for (uint i = 0u; i < 4u; ++i) {
-            uint key;
+            int key;
             bool is_met = meets(vec3(lower_x[i], lower_y[i], lower_z[i]),
                                 vec3(upper_x[i], upper_y[i], upper_z[i]), key);
             if (is_met && child[i] != kEmptyChild) consider(child[i], key);
@@ -68,11 +69,11 @@ uint meet_children(uint node) {
 
 /// One triangle, as some take many steps.
 uint test_triangles(uint leaf, uint count) {
-    if (triangle >= count) return 1u;
+    if (count == 0u) return 1u;
     vec3 a, b, c;
     leaf_triangle(leaf, triangle, a, b, c);
     uint steps = test_triangle(a, b, c, leaf_prim(leaf, triangle));
-    triangle += 1u;
+    triangle = triangle + 1u < count ? triangle + 1u : 0u;
     return 1u + steps;
 }
 

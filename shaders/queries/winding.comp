@@ -12,12 +12,12 @@ layout(std430, binding = kBindPixels) writeonly buffer Pairs { uvec2 pairs[]; };
 vec3 point;
 uint point_index;
 
-bool meets(vec3 lower, vec3 upper, out uint key) {
-    key = 0u;
+bool meets(vec3 lower, vec3 upper, out int key) {
+    key = 0;
     return may_cross_in(point, lower, upper);
 }
 
-uint last_key() { return 0xFFFFFFFFu; }
+int last_key() { return 0; }
 
 /// The order of the list depends on the schedule; its contents do not.
 void list_uncertain(uint prim_id) {

@@ -3,6 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
+#define RESUMES
 #include "shaders/single_ray/visits.glsl"
 
 layout(push_constant) uniform Arguments { ResumeArguments args; };

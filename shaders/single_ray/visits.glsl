@@ -5,6 +5,11 @@
 #include "common/interop/hit_rule.h"
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
+#ifdef RESUMES
+const uint kStackRoom = kMaxStack;
+#else
+const uint kStackRoom = kShortStack;
+#endif
 
 READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
 READ4_IN_PLACE(Groups, groups, kBindGroups);
@@ -15,11 +20,12 @@ layout(std430, binding = kBindWork) buffer Work {
 
 #include "shaders/traversal.glsl"
 
-/// The planes that the ray meets first and last on each axis: how far they are from quarter_at(),
-/// and the ray's origin for each of them, as in hits_box. Axes are rotated so that z is the main one.
+/// The planes that the ray meets first on each axis: how far they are from quarter_at(); and the
+/// ray's origin for these and for those it meets last, as in hits_box. Axes are rotated so that z is
+/// the main one.
 struct NodeRay {
-    uvec3 near_planes;
-    uvec3 far_planes;
+    /// A byte each.
+    uint near_planes;
     vec3 near_org;
     vec3 far_org;
     vec3 rdir;
@@ -36,8 +42,8 @@ NodeRay node_ray(SlabRay s) {
     uvec3 lower = rotate_offsets(uvec3(0u, 2u, 4u) * kPlaneVec4s, s.axis);
     uvec3 upper = lower + kPlaneVec4s;
     NodeRay n;
-    n.near_planes = mix(lower, upper, negative);
-    n.far_planes = mix(upper, lower, negative);
+    uvec3 near = mix(lower, upper, negative);
+    n.near_planes = near.x | near.y << 8u | near.z << 16u;
     n.near_org = mix(org_lower, org_upper, negative);
     n.far_org = mix(org_upper, org_lower, negative);
     n.rdir = rdir;
@@ -57,22 +63,30 @@ struct FourBoxes {
     vec4 least;
 };
 
-/// Applies hits_box to four boxes, whose planes are given as the ray meets them. (max and min get no
-/// NaN, and the sign of a zero does not change a comparison.)
-FourBoxes meet(NodeRay ray, float last, uvec4 near_x, uvec4 near_y, uvec4 near_z, uvec4 far_x,
-               uvec4 far_y, uvec4 far_z) {
-    vec4 enter_z = distances(near_z, ray.near_org.z, ray.rdir.z);
-    vec4 enter = max(max(distances(near_x, ray.near_org.x, ray.rdir.x),
-                         distances(near_y, ray.near_org.y, ray.rdir.y)),
-                     max(enter_z, vec4(0.0f)));
-    precise vec4 leave = min(min(distances(far_x, ray.far_org.x, ray.rdir.x),
-                                 distances(far_y, ray.far_org.y, ray.rdir.y)),
-                             distances(far_z, ray.far_org.z, ray.rdir.z)) *
-                         vec4(kSlabRounding);
+/// Where the ray is in four boxes on some axes.
+struct FourIntervals {
+    vec4 enter;
+    vec4 leave;
+};
+
+FourIntervals between(NodeRay ray, uint axis, uvec4 near, uvec4 far) {
+    return FourIntervals(distances(near, ray.near_org[axis], ray.rdir[axis]),
+                         distances(far, ray.far_org[axis], ray.rdir[axis]));
+}
+
+/// (max and min get no NaN, and the sign of a zero does not change a comparison.)
+FourIntervals both(FourIntervals a, FourIntervals b) {
+    return FourIntervals(max(a.enter, b.enter), min(a.leave, b.leave));
+}
+
+/// Applies hits_box to four boxes, by their intervals on all axes and on the main one.
+FourBoxes hits_boxes(NodeRay ray, float last, FourIntervals all, FourIntervals main) {
+    vec4 enter = max(all.enter, vec4(0.0f));
+    precise vec4 leave = all.leave * vec4(kSlabRounding);
     precise vec4 early = enter - vec4(ray.depth_margin);
     FourBoxes boxes;
     // The bits of these are keys, so no zero is negative.
-    boxes.least = abs(max(max(enter_z, early), vec4(0.0f)));
+    boxes.least = abs(max(max(main.enter, early), vec4(0.0f)));
     bvec4 is_near = lessThanEqual(boxes.least, vec4(last));
     bvec4 is_met = lessThanEqual(enter, leave);
     boxes.is_hit = bvec4(uvec4(is_near) & uvec4(is_met));
@@ -83,14 +97,23 @@ uint bits_of(bvec4 b) {
     return uint(b.x) | uint(b.y) << 1u | uint(b.z) << 2u | uint(b.w) << 3u;
 }
 
-/// Meets the four boxes at a place of a buffer. `stride` follows the offsets of planes of a node.
-#define MEET_FOUR(buffer, ray, last, at, stride)                       \
-    meet(ray, last, AT4_IN_PLACE(buffer, at + ray.near_planes.x stride), \
-         AT4_IN_PLACE(buffer, at + ray.near_planes.y stride),           \
-         AT4_IN_PLACE(buffer, at + ray.near_planes.z stride),           \
-         AT4_IN_PLACE(buffer, at + ray.far_planes.x stride),            \
-         AT4_IN_PLACE(buffer, at + ray.far_planes.y stride),            \
-         AT4_IN_PLACE(buffer, at + ray.far_planes.z stride))
+// Declares NAME(ray, last, at), which meets the four boxes at a place of a buffer, axis by axis, so that
+// few planes are in registers. STRIDE follows the offsets of planes of a node.
+#define FAR_PLANE(near_plane) ((near_plane) ^ kPlaneVec4s)
+#define MEET_FOUR(NAME, BUFFER, STRIDE)                                                        \
+    FourIntervals NAME##_axis(NodeRay ray, uint axis, uint at) {                               \
+        uint plane = bitfieldExtract(ray.near_planes, int(8u * axis), 8);                      \
+        return between(ray, axis, AT4_IN_PLACE(BUFFER, at + plane STRIDE),                     \
+                       AT4_IN_PLACE(BUFFER, at + FAR_PLANE(plane) STRIDE));                    \
+    }                                                                                          \
+    FourBoxes NAME(NodeRay ray, float last, uint at) {                                         \
+        FourIntervals main = NAME##_axis(ray, 2u, at);                                         \
+        FourIntervals others = both(NAME##_axis(ray, 0u, at), NAME##_axis(ray, 1u, at));       \
+        return hits_boxes(ray, last, both(others, main), main);                                \
+    }
+MEET_FOUR(meet_slots, nodes, )
+MEET_FOUR(meet_quarters, quarters, / kPlaneVec4s)
+MEET_FOUR(meet_groups, groups, / kPlaneVec4s)
 
 Ray ray;
 NodeRay boxes;
@@ -117,21 +140,21 @@ Hit closest_hit() {
 /// Before the first hit the ray's tfar.
 float closest_t() { return uintBitsToFloat(answer.x); }
 
-uint last_key() { return floatBitsToUint(last_depth(closest_t())); }
+int last_key() { return floatBitsToInt(last_depth(closest_t())); }
 
 void meet_quarter(uint node, uint quarter, float last) {
-    FourBoxes four = MEET_FOUR(nodes, boxes, last, quarter_at(node, quarter), );
+    FourBoxes four = meet_slots(boxes, last, quarter_at(node, quarter));
     if (bits_of(four.is_hit) == 0u) return;
     uvec4 child = four_children(node, quarter);
-    if (four.is_hit.x) consider(child.x, floatBitsToUint(four.least.x));
-    if (four.is_hit.y) consider(child.y, floatBitsToUint(four.least.y));
-    if (four.is_hit.z) consider(child.z, floatBitsToUint(four.least.z));
-    if (four.is_hit.w) consider(child.w, floatBitsToUint(four.least.w));
+    if (four.is_hit.x) consider(child.x, floatBitsToInt(four.least.x));
+    if (four.is_hit.y) consider(child.y, floatBitsToInt(four.least.y));
+    if (four.is_hit.z) consider(child.z, floatBitsToInt(four.least.z));
+    if (four.is_hit.w) consider(child.w, floatBitsToInt(four.least.w));
 }
 
 uint meet_children(uint node) {
     float last = last_depth(closest_t());
-    uint met = bits_of(MEET_FOUR(quarters, boxes, last, node * kQuarterVec4s, / kPlaneVec4s).is_hit);
+    uint met = bits_of(meet_quarters(boxes, last, node * kQuarterVec4s).is_hit);
     while (met != 0u) {
         uint quarter = uint(findLSB(met));
         met &= met - 1u;
@@ -146,7 +169,7 @@ bool fast_hit(vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     vec3 pb = project_fast(sheared, b);
     vec3 pc = project_fast(sheared, c);
     weighted_hit(sheared, fast_edges(pa, pb, pc), pa.z, pb.z, pc.z, hit);
-    return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
+    return is_in_range(hit.t, ray.tnear, closest_t()) && finite_vertices(a, b, c);
 }
 
 void test_triangle(uint leaf, uint i) {
@@ -156,7 +179,9 @@ void test_triangle(uint leaf, uint i) {
                          project_fast(sheared, c));
     if (!may_be_inside(e)) return;
     // Triangles that reach behind the origin are not sure: there the fast path may not hold.
-    bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
+    ShearedRay slack = sheared;
+    slack.depth_slack = 0.25f * boxes.depth_margin;
+    bool is_sure = surely_inside(slack, e) && e.depth_range < e.depth_size;
     TriangleHit hit;
     bool is_hit = is_sure && fast_hit(a, b, c, hit);
     if (!is_sure || is_rough(hit))
@@ -170,20 +195,22 @@ void test_triangle(uint leaf, uint i) {
 }
 
 uint test_triangles(uint leaf, uint count) {
-    // A single group has the box by which the leaf was found.
-    uint met = (1u << (count + 3u) / 4u) - 1u;
+    // As bits, four for each group. A single group has the box by which the leaf was found.
+    uint left = (1u << count) - 1u;
     if (count > 4u) {
-        float last = last_depth(closest_t());
-        met = bits_of(MEET_FOUR(groups, boxes, last, leaf * kQuarterVec4s, / kPlaneVec4s).is_hit);
+        uint met = bits_of(meet_groups(boxes, last_depth(closest_t()), leaf * kQuarterVec4s).is_hit);
+        met = (met | met << 6u) & 0x303u;
+        met = (met | met << 3u) & 0x1111u;
+        left &= 15u * met;
     }
-    while (met != 0u) {
-        uint first = 4u * uint(findLSB(met));
-        met &= met - 1u;
-        for (uint i = first; i < min(first + 4u, count); ++i) test_triangle(leaf, i);
+    uint steps = 6u + count;
+    while (left != 0u) {
+        uint i = uint(findLSB(left));
+        left &= left - 1u;
+        test_triangle(leaf, i);
     }
     if (any_hit && has_hit()) stack_size = 0u;
-    triangle = count;
-    return 6u + count;
+    return steps;
 }
 
 /// Reports, and leaves a ray that is not finished to `resume`. The order of the list depends on the
@@ -192,6 +219,9 @@ void end_ray(uint answer_index) {
     report();
     if (finished()) return;
     uint i = atomicAdd(work.header.suspended_count, 1u);
-    work.suspended[i].ray = ray;
+    // From what is in registers anyway.
+    uint back = sheared.axis == 2u ? 2u : 1u - sheared.axis;
+    work.suspended[i].ray = Ray(rotate_axes(sheared.org, back), ray.tnear,
+                                rotate_axes(sheared.dir, back), ray.tfar);
     work.suspended[i].answer_index = answer_index;
 }
