@@ -87,12 +87,7 @@ morphray::View world_view(morphray::View view, const Animation& animation) {
 }
 
 std::string scale_text(const morphray::View& world, const Animation& animation) {
-    using morphray::Shading;
-    if (world.shading == Shading::steps)
-        return "nodes and leaves that a ray enters: 1 (blue) to 64 and more (red)";
-    if (world.shading == Shading::sah)
-        return "area of leaves over that of their triangles: 1 (blue) to 16 and more (red)";
-    if (world.shading != Shading::depth) return {};
+    if (world.shading != morphray::Shading::depth) return {};
     const DepthRange depths = depth_range(*world.eye, *world.target, animation.bounds());
     return fmt::format("depths: {:.4g} (white) to {:.4g} (dark grey)", depths.near,
                        depths.near + depths.range);

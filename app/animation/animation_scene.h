@@ -76,8 +76,7 @@ Warning warning_of_far(const Animation& animation, std::uint64_t vertices);
 /// from their inside_view(). Throws Error for a view that is impossible.
 morphray::View world_view(morphray::View view, const Animation& animation);
 
-/// The values of the colours of depths, steps or looseness, without a line's end; empty for other
-/// shadings.
+/// The values of the colours of depths, without a line's end; empty for other shadings.
 std::string scale_text(const morphray::View& world, const Animation& animation);
 
 /// As the option says, or else for a lit file whose ground the eye is above.

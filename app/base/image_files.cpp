@@ -245,14 +245,13 @@ std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
 namespace {
 
 Imf::PixelType type_of(float) { return Imf::FLOAT; }
-Imf::PixelType type_of(unsigned) { return Imf::UINT; }
 Imf::PixelType type_of(half) { return Imf::HALF; }
 
 }  // namespace
 
 std::string encode_exr(const morphray::Image& image, ExrColours colours,
                        std::span<const PngText> texts) {
-    assert(image.lit_pixels.size() == image.pixels.size());
+    assert(image.linear.size() == image.pixels.size());
     Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const PngText& text : texts) {
@@ -275,31 +274,21 @@ std::string encode_exr(const morphray::Image& image, ExrColours colours,
                                        sizeof(Number), sizeof(Number) * image.width));
     };
     for (std::size_t k = 0; k < 3; ++k) {
-        const auto colour = [&](std::size_t i) { return image.lit_pixels[i].colour[k]; };
+        const auto colour = [&](std::size_t i) { return image.linear[i][k]; };
         const std::string colour_name(1, "RGB"[k]);
         if (colours == ExrColours::kFloat)
             add(colour_name, colour);
         else
             add(colour_name, [&](std::size_t i) { return half(colour(i)); });
-        add(std::string("normal.") + "XYZ"[k],
-            [&](std::size_t i) { return half(image.lit_pixels[i].normal[k]); });
     }
-    add("occlusion.Y", [&](std::size_t i) { return half(1 - image.lit_pixels[i].open); });
-    // The hit of the sample in the middle of each pixel.
     const std::size_t side = morphray::sample_side(image.samples);
-    std::vector<morphray::Hit> hits(image.pixels.size());
-    for (std::size_t i = 0; i < hits.size(); ++i) {
+    add("depth.Z", [&](std::size_t i) {
+        // The sample in the middle of the pixel.
         const std::size_t x = i % image.width * side + side / 2;
         const std::size_t y = i / image.width * side + side / 2;
-        hits[i] = image.hits[y * image.width * side + x];
-    }
-    add("depth.Z", [&](std::size_t i) {
-        return hits[i] ? hits[i].t : std::numeric_limits<float>::infinity();
+        const morphray::Hit& hit = image.hits[y * image.width * side + x];
+        return hit ? hit.t : std::numeric_limits<float>::infinity();
     });
-    add("barycentric.U", [&](std::size_t i) { return hits[i].u; });
-    add("barycentric.V", [&](std::size_t i) { return hits[i].v; });
-    add("id.prim", [&](std::size_t i) { return hits[i].prim_id; });
-    add("id.geom", [&](std::size_t i) { return hits[i].geom_id; });
     Imf::StdOSStream stream;
     {
         Imf::OutputFile file(stream, header);

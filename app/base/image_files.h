@@ -34,7 +34,7 @@ std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
                                  const Messages& messages);
 
 /// The image as an OpenEXR file in memory, with the channels of docs/guide/formats.md. Texts become
-/// attributes. The bytes depend on the image and texts alone. Needs Image::lit_pixels.
+/// attributes. The bytes depend on the image and texts alone. Needs Image::linear.
 std::string encode_exr(const morphray::Image& image, ExrColours colours,
                        std::span<const PngText> texts);
 

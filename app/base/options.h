@@ -219,11 +219,11 @@ inline constexpr Choice<morphray::Rays> kRays[] = {{"primary", morphray::Rays::p
                                                    {"shadow", morphray::Rays::shadow},
                                                    {"ao", morphray::Rays::ao}};
 inline const char* name_of_rays(morphray::Rays rays) { return name_in(kRays, rays); }
-inline constexpr Choice<morphray::Shading> kShadings[] = {
-    {"lit", morphray::Shading::lit},       {"plain", morphray::Shading::plain},
-    {"normal", morphray::Shading::normal}, {"depth", morphray::Shading::depth},
-    {"prim", morphray::Shading::prim},     {"steps", morphray::Shading::steps},
-    {"sah", morphray::Shading::sah}};
+inline constexpr Choice<morphray::Shading> kShadings[] = {{"lit", morphray::Shading::lit},
+                                                          {"plain", morphray::Shading::plain},
+                                                          {"normal", morphray::Shading::normal},
+                                                          {"depth", morphray::Shading::depth},
+                                                          {"prim", morphray::Shading::prim}};
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
 inline constexpr Choice<bool> kOnOff[] = {{"on", true}, {"off", false}};

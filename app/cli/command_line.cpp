@@ -278,8 +278,7 @@ void add_image_options(CLI::App& command, ImageOptions& image, const char* size,
     CLI::Option* const rays = add_rays(command, image.view, "those of --shading lit");
     add_choice(command, "--shading",
                "what colours show (lit): light and sky, one colour, normals, "
-               "depths, triangles (prim), nodes and leaves that a ray enters "
-               "(steps), cost of the tree's leaves (sah)",
+               "depths, triangles (prim)",
                kShadings, image.view.shading)
         ->excludes(rays);
     add_choice(command, "--samples", samples_help, kSampleCounts, image.view.samples);
@@ -317,7 +316,7 @@ void add_options(CLI::App& command, RenderOptions& options) {
     add_image_options(command, options.image, "1024x1024",
                       "camera rays a pixel (4 with lit and without --hits, else 1)");
     add_frames(command, options.frames, "all whole frames");
-    add_choice(command, "--exr", "also OpenEXR files, with linear colours and layers", kExrColours,
+    add_choice(command, "--exr", "also OpenEXR files, with linear colours and depths", kExrColours,
                options.image.exr);
     add_text(command, "-o,--out", "DIR|FILE.png", "folder of the images, or one image (out)",
              options.out);

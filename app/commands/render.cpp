@@ -31,7 +31,7 @@ bool renders_one_image(const RenderOptions& options) {
            !std::filesystem::is_directory(options.out, error);
 }
 
-/// Renders the image again on any backend, unless it shows a restructured tree by colours.
+/// Renders the image again, on any backend.
 std::string render_command(const ImageOptions& options, double frame) {
     const morphray::View& view = options.view;
     std::vector<std::string> line = {"morphray", "render", options.source.scene, "--frames",
@@ -45,13 +45,6 @@ std::string render_command(const ImageOptions& options, double frame) {
         line.insert(line.end(), {"--rays", name_of_rays(rays)});
     else
         line.insert(line.end(), {"--shading", name_in(kShadings, view.shading)});
-    if (view.shading == morphray::Shading::steps || view.shading == morphray::Shading::sah) {
-        const TreeOptions& tree = options.tree;
-        // A tree that is built at each frame is the same wherever the first one was built.
-        if (tree.build_at && tree.update.kind != PolicyKind::kRebuild)
-            line.insert(line.end(), {"--build-at", fmt::format("{}", *tree.build_at)});
-        line.insert(line.end(), {"--update", text_of(tree.update)});
-    }
     line.insert(line.end(), {"--samples", fmt::format("{}", view.samples)});
     if (view.flat) line.push_back("--flat");
     if (options.ground) line.insert(line.end(), {"--ground", name_in(kOnOff, *options.ground)});
@@ -153,7 +146,7 @@ public:
                  messages),
           prints_rows_(!is_stdout(options.json)) {
         if (!scale_.empty()) messages.tell(scale_);
-        view_.lit_pixels = options.image.exr.has_value();
+        view_.linear = options.image.exr.has_value();
         view_.cancel = &interrupt_flag();
         if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
         report_ = head_of("render", animation);

@@ -487,7 +487,7 @@ private:
         ImGui::Separator();
         ImGui::TextUnformatted(
             "drag: orbit, shift-drag: pan, wheel: zoom\nspace: play, left and right: a frame\n"
-            "1 to 7: shading, V: backend, M: difference\nB: boxes, R: first camera, H: this "
+            "1 to 5: shading, V: backend, M: difference\nB: boxes, R: first camera, H: this "
             "panel\nctrl-Q: end");
         ImGui::PopTextWrapPos();
         ImGui::PopItemWidth();

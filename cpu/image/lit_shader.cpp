@@ -400,14 +400,14 @@ struct SurfaceRow {
 
 class LitRows {
 public:
-    LitRows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end, bool with_details)
+    LitRows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end, bool with_linear)
         : s_(samples),
           width_(samples.params.width),
           height_(samples.params.height),
           side_bits_(std::countr_zero(samples.side)),
           colours_((width_ + kLanes - 1) / kLanes * kLanes) {
-        if (with_details)
-            for (AlignedVector<float>& plane : details_) plane.resize(colours_.size());
+        if (with_linear)
+            for (AlignedVector<float>& plane : linear_) plane.resize(colours_.size());
         if (!has_neighbours()) {
             rows_.resize(1);
             rows_[0].resize(width_);
@@ -445,8 +445,8 @@ public:
         return colours_.data();
     }
 
-    /// Details of the samples of the row that was shaded last: colours, normals, openness.
-    const float* detail(std::size_t plane) const { return details_[plane].data(); }
+    /// A channel of the linear colours of the row that was shaded last.
+    const float* linear(std::size_t channel) const { return linear_[channel].data(); }
 
 private:
     bool has_neighbours() const { return s_.ao_count > 0; }
@@ -586,28 +586,25 @@ private:
     UintVec light(const SampleLanes& samples, FloatVec height) {
         const FloatVec dithered =
             lanes::dithered_rounding(samples.x >> side_bits_, samples.y >> side_bits_);
-        LitLanes lit{lanes::sky_colour(height), lanes::Float3(vec3(0.0f)), splat(1.0f), dithered};
+        LitLanes lit{lanes::sky_colour(height), dithered};
         if (!none(samples.visible)) {
             const LitLanes surface = lit_surface(samples, height, dithered);
             lit.colour = select(samples.visible, surface.colour, lit.colour);
-            lit.normal = select(samples.visible, surface.normal, lit.normal);
-            lit.open = select(samples.visible, surface.open, lit.open);
             lit.rounding = select(samples.visible, surface.rounding, lit.rounding);
         }
-        if (!details_[0].empty()) {
+        if (!linear_[0].empty()) {
             const std::size_t x = hn::GetLane(samples.x);
-            const FloatVec values[kDetails] = {lit.colour.x, lit.colour.y, lit.colour.z,
-                                               lit.normal.x, lit.normal.y, lit.normal.z,
-                                               lit.open};
-            for (std::size_t i = 0; i < kDetails; ++i) store(values[i], details_[i].data() + x);
+            store(lit.colour.x, linear_[0].data() + x);
+            store(lit.colour.y, linear_[1].data() + x);
+            store(lit.colour.z, linear_[2].data() + x);
         }
         return lanes::encode_rgb(lit.colour, lit.rounding);
     }
 
-    /// Linear colours, normals and openness of lit samples, and how their colours are rounded.
+    /// Linear colours of lit samples, and how they are rounded.
     struct LitLanes {
-        lanes::Float3 colour, normal;
-        FloatVec open, rounding;
+        lanes::Float3 colour;
+        FloatVec rounding;
     };
 
     LitLanes lit_surface(const SampleLanes& samples, FloatVec height, FloatVec dithered) const {
@@ -632,8 +629,8 @@ private:
         const UintVec albedo = own.runs.albedo(place);
         const lanes::Float3 base =
             base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
-        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base), n,
-                     open, splat(0.5f)};
+        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base),
+                     splat(0.5f)};
         const Mask is_shadow_catcher =
             float_mask((albedo & kShadowCatcherBit) == splat(kShadowCatcherBit));
         if (!none(is_shadow_catcher)) {
@@ -650,37 +647,32 @@ private:
     std::vector<SurfaceRow> rows_;
     std::int64_t first_row_ = 0;
     AlignedVector<std::uint32_t> colours_;
-    static constexpr std::size_t kDetails = sizeof(LitPixel) / sizeof(float);
-    /// As in LitPixel, a plane each; empty without details.
-    AlignedVector<float> details_[kDetails];
+    /// The linear colours of the row that was shaded last, a plane a channel; empty unless asked
+    /// for.
+    AlignedVector<float> linear_[3];
 };
 
-/// Adds row k of the samples of a row of pixels to their details; the first row starts them, and
-/// the last one ends them.
-void add_details(const LitRows& rows, std::uint32_t k, std::uint32_t side,
-                 std::span<LitPixel> pixels) {
+/// Adds row k of the samples of a row of pixels to their means; the first row starts them, and the
+/// last one ends them.
+void add_linear(const LitRows& rows, std::uint32_t k, std::uint32_t side,
+                std::span<LinearColour> pixels) {
     const float share = 1.0f / static_cast<float>(side * side);
     for (std::size_t x = 0; x < pixels.size(); ++x) {
-        LitPixel& pixel = pixels[x];
-        if (k == 0) pixel = {};
-        for (std::size_t plane = 0; plane < 3; ++plane) {
+        if (k == 0) pixels[x] = {};
+        for (std::size_t channel = 0; channel < 3; ++channel) {
             for (std::size_t i = 0; i < side; ++i)
-                pixel.colour[plane] += rows.detail(plane)[x * side + i];
-            if (k == side - 1) pixel.colour[plane] *= share;
+                pixels[x][channel] += rows.linear(channel)[x * side + i];
+            if (k == side - 1) pixels[x][channel] *= share;
         }
-        if (k != side / 2) continue;
-        const std::size_t middle = x * side + side / 2;
-        for (std::size_t i = 0; i < 3; ++i) pixel.normal[i] = rows.detail(3 + i)[middle];
-        pixel.open = rows.detail(6)[middle];
     }
 }
 
 void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
-                    std::uint32_t* pixels, LitPixel* details) {
+                    std::uint32_t* pixels, LinearColour* linear) {
     const std::uint32_t side = samples.side;
     const std::size_t width = samples.params.width / side;
-    const bool with_details = details != nullptr && samples.kind == LitKind::kLit;
-    LitRows rows(samples, begin * side, end * side, with_details);
+    const bool with_linear = linear != nullptr && samples.kind == LitKind::kLit;
+    LitRows rows(samples, begin * side, end * side, with_linear);
     PixelSums sums(samples.params.width, side);
     for (std::uint32_t y = begin; y < end; ++y, pixels += width) {
         sums.clear();
@@ -691,10 +683,10 @@ void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_
             } else {
                 sums.add(colours, samples.params.width);
             }
-            if (with_details) add_details(rows, k, side, {details, width});
+            if (with_linear) add_linear(rows, k, side, {linear, width});
         }
         if (side > 1) sums.write(width, pixels);
-        if (with_details) details += width;
+        if (with_linear) linear += width;
     }
 }
 

@@ -1,6 +1,7 @@
 // Lit images and false colours, from the hits of camera rays, with SIMD.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -46,15 +47,8 @@ struct LitSamples {
     std::span<const std::uint32_t> colours;
 };
 
-/// The data of a lit pixel besides its 8-bit colour.
-struct LitPixel {
-    /// Linear, the mean of the samples.
-    float colour[3];
-    /// The unit normal of the sample at (side / 2, side / 2), on the side of the eye; 0 without a
-    /// hit. `open` is the share of the sky that the sample sees, 1 without a hit.
-    float normal[3];
-    float open;
-};
+/// Red, green and blue, linear, the mean of a pixel's samples.
+using LinearColour = std::array<float, 3>;
 
 /// Shades images with the bits of common/interop/shading.h. The occlusion of a sample is the mean
 /// over the square of kAoSquareSide samples a side around it, without those on other surfaces (A.
@@ -64,10 +58,10 @@ struct LitShader {
     explicit LitShader(SimdTarget target);
 
     /// Writes rows [begin, end) of the image, of params.width / side pixels each, to `pixels`,
-    /// which points to row `begin`. With kLit, and unless null, `details` gets the same rows.
+    /// which points to row `begin`. With kLit, and unless null, `linear` gets the same rows.
     /// Threads may write rows of the same image at the same time.
     void (*shade_rows)(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
-                       std::uint32_t* pixels, LitPixel* details);
+                       std::uint32_t* pixels, LinearColour* linear);
 
     /// Sets `xs` to the samples x of row y in shadow whose smooth surface (smooth_surface() of
     /// common/interop/shading.h) faces the light and is another than the flat one, in order. The

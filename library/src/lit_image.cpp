@@ -12,7 +12,6 @@
 #include "cpu/image/pixel_shader.h"
 #include "library/src/engine.h"
 #include "library/src/scene_impl.h"
-#include "library/src/tree_colours.h"
 
 namespace morphray::detail {
 namespace {
@@ -334,18 +333,14 @@ void shade(const SceneImpl& scene, const mray::cpu::LitSamples& samples, const m
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / samples.side;
     const std::uint32_t bands = (height + band - 1) / band;
-    static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
     scene.arena().execute([&] {
         tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
             watch.throw_if_cancelled();
             const std::uint32_t begin = i * band;
             const std::size_t first = std::size_t{begin} * width;
-            auto* const details =
-                image.lit_pixels.empty()
-                    ? nullptr
-                    : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
             shader.shade_rows(samples, begin, std::min(begin + band, height),
-                              image.pixels.data() + first, details);
+                              image.pixels.data() + first,
+                              image.linear.empty() ? nullptr : &image.linear[first]);
         });
     });
 }
@@ -356,11 +351,9 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
                 Image& image) {
     const MeshList& meshes = scene.meshes();
     const PoseReader& pose = scene.pose();
-    if (view.shading < Shading::plain || view.shading > Shading::sah)
-        throw_bad_argument(
-            "View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
-    const bool is_of_tree = view.shading > Shading::prim;
-    const LitKind kind = is_of_tree ? LitKind::kPlain : static_cast<LitKind>(view.shading);
+    if (view.shading < Shading::plain || view.shading > Shading::prim)
+        throw_bad_argument("View::shading: not one of plain, lit, normal, depth and prim");
+    const auto kind = static_cast<LitKind>(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
     const std::uint32_t side = sample_side(view.samples);
@@ -375,7 +368,6 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     if (is_lit && meshes.has_alpha_test())
         image.ray_count += apply_alpha_test(scene, watch, traced);
     const mray::VertexNormals* const normals = has_smooth ? &scene.normals() : nullptr;
-    if (is_of_tree) colour_by_tree(scene, view.shading, watch, traced);
     const mray::ResolvedView seen = mray::resolve_view(spec, pose.bounds());
     const mray::DepthRange depths = mray::depth_range(seen.eye, seen.target, pose.bounds());
     const mray::cpu::LitSamples samples{
@@ -403,7 +395,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
         stopwatch = mray::Stopwatch();
     }
     image.pixels.resize(std::size_t{view.width} * view.height);
-    image.lit_pixels.resize(is_lit && view.lit_pixels ? image.pixels.size() : 0);
+    image.linear.resize(is_lit && view.linear ? image.pixels.size() : 0);
     shade(scene, samples, watch, image);
     image.shade_ms = stopwatch.ms();
     image.trace_ms += image.shade_ms;

@@ -29,7 +29,7 @@ void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image
             std::copy_n(&frame.pixels[first], frame.width, &image.pixels[first]);
         });
     });
-    image.lit_pixels.clear();
+    image.linear.clear();
 }
 
 /// Fills hits, occlusion and both hashes of an image whose pixels are there.

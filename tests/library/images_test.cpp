@@ -46,8 +46,8 @@ TEST(Shading, IsTheSameOnEveryDeviceAndForAnyTree) {
     Scene scene = Scene::build(smooth_view(mesh));
     const Scene brute = scene.on(Device::brute_force());
     const Scene scalar = scene.on(Device::cpu({.threads = 1, .simd = "off"}));
-    for (const Shading shading : {Shading::plain, Shading::lit, Shading::normal, Shading::depth,
-                                  Shading::prim, Shading::steps, Shading::sah}) {
+    for (const Shading shading :
+         {Shading::plain, Shading::lit, Shading::normal, Shading::depth, Shading::prim}) {
         for (const std::uint32_t samples : {1u, 4u, 16u}) {
             const View view = view_of(shading, samples);
             const Image image = scene.render(view);
@@ -336,7 +336,7 @@ TEST(Holes, ConcernLitImagesAlone) {
 TEST(View, WithoutHitsHasTheSamePixels) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());
-    for (const Shading shading : {Shading::plain, Shading::lit, Shading::prim, Shading::steps}) {
+    for (const Shading shading : {Shading::plain, Shading::lit, Shading::prim}) {
         View view{.width = 45, .height = 31, .shading = shading, .samples = 4};
         const Image whole = scene.render(view);
         view.hits = false;

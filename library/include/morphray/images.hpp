@@ -30,8 +30,6 @@ enum class Shading {
     normal,  ///< Normals as colours.
     depth,   ///< Depths along the viewing direction as greys, the nearer the brighter.
     prim,    ///< Triangles in colours of their own.
-    steps,   ///< How many nodes and leaves of the tree a ray enters up to its hit: from 1 to 64.
-    sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 16.
 };
 
 /// The side of the square of camera rays of a pixel that has `samples` of them: 1, 2, 4 or 8.
@@ -82,8 +80,8 @@ struct View {
     std::uint32_t samples = 1;
     /// Whether Shading::lit and normal leave out the smooth normals of meshes.
     bool flat = false;
-    /// Whether Shading::lit fills Image::lit_pixels, too.
-    bool lit_pixels = false;
+    /// Whether Shading::lit fills Image::linear, too.
+    bool linear = false;
     /// Ambient-occlusion rays a camera ray, from 1 to 256; with Shading::lit also 0, for none.
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
@@ -101,17 +99,6 @@ struct View {
     std::atomic<double>* progress = nullptr;
 };
 
-/// The data of a pixel of a lit image, besides its 8-bit colour.
-struct LitPixel {
-    /// Linear red, green and blue, the mean of the samples.
-    std::array<float, 3> colour = {};
-    /// The unit normal of the sample in the middle of the pixel, in world space, on the side of the
-    /// eye; 0 without a hit.
-    std::array<float, 3> normal = {};
-    /// The share of the sky that the same sample sees, from 0 to 1; 1 without a hit.
-    float open = 1;
-};
-
 /// An image with the hits that it was made from, row by row from the top.
 struct Image {
     std::uint32_t width = 0;
@@ -127,8 +114,9 @@ struct Image {
     /// The number of occluded shadow and ambient-occlusion rays of each camera ray, with smooth
     /// normals as its colour shows the shadow; empty if View::hits is false.
     std::vector<std::uint32_t> occlusion;
-    /// Row by row, if View::lit_pixels asks for them; else empty.
-    std::vector<LitPixel> lit_pixels;
+    /// Linear red, green and blue of each pixel, the mean of its samples, row by row from the top;
+    /// empty unless View::linear asks for them.
+    std::vector<std::array<float, 3>> linear;
     /// The rays that were traced.
     std::uint64_t ray_count = 0;
     /// The time of the trace; a device takes it by its own clock, if it has one.

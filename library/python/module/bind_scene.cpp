@@ -103,20 +103,20 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
     using MaybePoint = std::optional<Point>;
     const auto [width, height] = value_of<std::pair<std::uint32_t, std::uint32_t>>(
         size, "size: two whole numbers (width, height)");
-    View view{.eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
-              .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
-              .up = value_of<Point>(up, "up: three numbers"),
-              .fov = value_of<double>(fov, "fov: a number of degrees"),
-              .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
-              .width = width,
-              .height = height,
-              .rays = choice<Rays>("rays", rays, {"primary", "shadow", "ao"}),
-              .shading = choice<Shading>(
-                  "shading", shading, {"plain", "lit", "normal", "depth", "prim", "steps", "sah"}),
-              .samples = samples,
-              .flat = flat,
-              .ao_count = ao_count,
-              .ao_distance = ao_distance};
+    View view{
+        .eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
+        .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
+        .up = value_of<Point>(up, "up: three numbers"),
+        .fov = value_of<double>(fov, "fov: a number of degrees"),
+        .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
+        .width = width,
+        .height = height,
+        .rays = choice<Rays>("rays", rays, {"primary", "shadow", "ao"}),
+        .shading = choice<Shading>("shading", shading, {"plain", "lit", "normal", "depth", "prim"}),
+        .samples = samples,
+        .flat = flat,
+        .ao_count = ao_count,
+        .ao_distance = ao_distance};
     Image image;
     const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
     scene.query(rays_of_image, cancel,
@@ -505,7 +505,7 @@ rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" 
 ao_count:    ambient-occlusion rays a camera ray, up to 256
 ao_distance: their length. 0: a quarter of the diagonal of the bounds
 shading:     "plain" (by `rays`), "lit" (a light with shadows, and ambient occlusion), or what is
-             shown as colours: "normal", "depth", "prim"; of the tree "steps" or "sah"
+             shown as colours: "normal", "depth" or "prim"
 samples:     camera rays a pixel, 1, 4, 16 or 64; hits are then those of all samples
 flat:        without smooth normals in "lit" and "normal"
 cancel:      a morphray.Cancel, which ends the call with Error "cancelled"

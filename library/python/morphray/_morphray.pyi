@@ -143,7 +143,7 @@ class Scene:
                target: _Point | None = None, up: _Point = (0.0, 1.0, 0.0), fov: float = 45.0,
                light: _Point | None = None, rays: Literal["primary", "shadow", "ao"] = "primary",
                ao_count: int = 16, ao_distance: float = 0.0,
-               shading: Literal["plain", "lit", "normal", "depth", "prim", "steps", "sah"] = "plain",
+               shading: Literal["plain", "lit", "normal", "depth", "prim"] = "plain",
                samples: int = 1, flat: bool = False, cancel: Cancel | None = None) -> Image: ...
     def render_views(self, eyes: _Array | None = None, targets: _Array | None = None, *,
                      camera_to_world: _Array | None = None, intrinsics: _Array | None = None,

@@ -121,16 +121,16 @@ TEST(Render, IsLitUnlessRaysAreGiven) {
 TEST(Render, FalseColoursAreOneImageEach) {
     TemporaryFolder folder;
     std::set<std::string> images;
-    for (const char* shading : {"lit", "plain", "normal", "depth", "prim", "steps", "sah"}) {
+    for (const char* shading : {"lit", "plain", "normal", "depth", "prim"}) {
         const Json json =
             render_json("builtin:cloth:500", folder, {"--frames", "3", "--shading", shading});
         EXPECT_EQ(json["shading"], shading);
         images.insert(json["frames"][0]["image_hash"].get<std::string>());
         const std::string png = read_file(folder.path() / "out/frame_0003.png");
-        const bool has_scale = std::set<std::string>{"depth", "steps", "sah"}.contains(shading);
-        EXPECT_EQ(png.find("Scale") != std::string::npos, has_scale) << shading;
+        EXPECT_EQ(png.find("Scale") != std::string::npos, shading == std::string("depth"))
+            << shading;
     }
-    EXPECT_EQ(images.size(), 7u);
+    EXPECT_EQ(images.size(), 5u);
 }
 
 TEST(Render, TheScaleOfDepthsIsThatOfTheBoundsBeforeTheEye) {
@@ -193,22 +193,6 @@ TEST(Render, OutMayNameOneImage) {
     const Outcome several = to_file("3..4");
     EXPECT_EQ(several.code, 2);
     EXPECT_TRUE(has(several.err, "one image, but 2 frames"));
-}
-
-TEST(Render, SourceOfColoursThatShowATreeIsTheirCommand) {
-    for (const Words& tree : {Words{"--update", "refit"}, Words{"--update", "rebuild"},
-                              Words{"--update", "refit", "--build-at", "3"}}) {
-        const TemporaryFolder folder;
-        Words more = {"--frames", "0..12:6", "--shading", "steps"};
-        more.insert(more.end(), tree.begin(), tree.end());
-        const Json json = render_json("builtin:cloth:900", folder, more);
-        const Json& last = json["frames"].back();
-        Words command = source_of(folder.path() / "out/frame_0012.png");
-        command.insert(command.end(), {"--backend", "cpu", "--json", "-", "-o", folder.file("b")});
-        const Outcome again = run(command);
-        ASSERT_EQ(again.code, 0) << again.err;
-        EXPECT_EQ(Json::parse(again.out)["frames"][0]["image_hash"], last["image_hash"]) << tree[1];
-    }
 }
 
 TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {

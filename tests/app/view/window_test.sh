@@ -53,7 +53,7 @@ same_as_render lit $scene --frame 8 --size 160x120 --backend cpu
 same_as_render plain $scene --frame 3.5 --size 160x120 --backend cpu --rays shadow
 same_as_render ground $scene --frame 5 --size 97x61 --backend cpu --ground on --flat --samples 16 \
     --eye 3,2,4 --light 5,5,5 --ao-samples 3
-for shading in normal depth prim steps sah; do
+for shading in normal depth prim; do
     same_as_render $shading $scene --frame 9 --size 64x48 --backend cpu --shading $shading
 done
 # A Wayland desktop with XWayland gets a window of X11.

@@ -334,7 +334,8 @@ std::uint64_t steps_of(const Bvh& bvh) {
     for (int i = 0; i < 64; ++i) {
         const vec3 org = snap_point(random.point(3 * kSceneExtent));
         const vec3 dir = canonical_direction(snap_point(random.point(kSceneExtent)) - org);
-        steps += cpu::count_steps(bvh, {org, 0, dir, kInfiniteT}, no_hit());
+        steps += cpu::for_each_near_leaf(bvh, {org, 0, dir, kInfiniteT}, kInfiniteT,
+                                         [](const Leaf&) { return kInfiniteT; });
     }
     return steps;
 }
