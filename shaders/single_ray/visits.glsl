@@ -179,9 +179,10 @@ void test_triangle(uint leaf, uint i) {
                          project_fast(sheared, c));
     if (!may_be_inside(e)) return;
     // Triangles that reach behind the origin are not sure: there the fast path may not hold.
-    ShearedRay slack = sheared;
-    slack.depth_slack = 0.25f * boxes.depth_margin;
-    bool is_sure = surely_inside(slack, e) && e.depth_range < e.depth_size;
+    // Computed again rather than kept.
+    precise float depth_slack = 0.25f * boxes.depth_margin;
+    ShearedRay with_slack = ShearedRay(sheared.org, sheared.dir, sheared.axis, depth_slack);
+    bool is_sure = surely_inside(with_slack, e) && e.depth_range < e.depth_size;
     TriangleHit hit;
     bool is_hit = is_sure && fast_hit(a, b, c, hit);
     if (!is_sure || is_rough(hit))
