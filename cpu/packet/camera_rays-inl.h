@@ -573,27 +573,20 @@ private:
         for (std::uint32_t l = 0; l < kLanes; ++l)
             indices[l] = static_cast<std::uint32_t>(first) + l;
         const lanes::Float3 dir = directions_of(packet_, load(indices));
-        alignas(64) float x[kLanes], y[kLanes], z[kLanes];
-        store(dir.x, x);
-        store(dir.y, y);
-        store(dir.z, z);
         std::uint32_t done = 0;
         while (rough != 0) {
             const std::uint32_t candidate = packet_.candidate[first + first_bit(rough)];
             const TrianglePlane& plane = plane_of(candidate);
+            lanes::TriangleHit hit;
+            const std::uint32_t placed = bits_of(place_hits(plane, dir, hit));
             Hit hits[kLanes];
-            bool is_placed[kLanes];
-            for (std::uint32_t l = 0; l < kLanes; ++l) {
-                TriangleHit hit;
-                is_placed[l] = plane.place(vec3(x[l], y[l], z[l]), hit);
-                hits[l] = make_hit(hit, 0);
-            }
+            hn::StoreInterleaved4(hit.t, hit.u, hit.v, zero(), kFloats, &hits->t);
             const HitLeaf& leaf = packet_.hit_leaves[triangle_leaf(candidate)];
             for (std::uint32_t bits = rough; bits != 0; bits &= bits - 1) {
                 const std::uint32_t l = first_bit(bits);
                 if (packet_.candidate[first + l] != candidate) continue;
                 rough &= ~(1u << l);
-                if (!is_placed[l]) continue;
+                if ((placed >> l & 1) == 0) continue;
                 done |= 1u << l;
                 hits[l].prim_id = floatBitsToUint(leaf.prim_id[triangle_slot(candidate)]);
                 *place(first + l) = hits[l];

@@ -1,6 +1,6 @@
-// refine_hit (common/interop/hit_rule.h) in doubles, for rays from one origin that surely go
-// through a triangle. Where the errors of both leave no bit open the results are the same;
-// elsewhere the rule is asked. Checked: lab/proofs/place.g.
+// refine_hit (common/interop/hit_rule.h) in doubles, for rays from one origin that go through a
+// triangle. Where the errors of both leave no bit open the results are the same; elsewhere the
+// rule is asked. Checked: lab/proofs/place.g.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,15 @@ struct TrianglePlane {
     double t_part, t_by_slant;
     double weight_part, weight_by_slant, weight_by_t, weight_by_rest;
 
+    /// The part of t from which on its error is not known.
+    static constexpr double kUnknown = 0x1p-25;
+
     TrianglePlane() = default;
     TrianglePlane(vec3 org, vec3 a, vec3 b, vec3 c);
 
-    /// Sets t, u and v as refine_hit does; false where it has to.
-    bool place(vec3 dir, TriangleHit& hit) const;
+    /// Sets t, u and v as refine_hit does for a rough hit whose edge functions are not 0; false
+    /// where it has to. is_through: the ray is known to go through the triangle.
+    bool place(vec3 dir, bool is_through, TriangleHit& hit) const;
 };
 
 inline TrianglePlane::TrianglePlane(vec3 org, vec3 a, vec3 b, vec3 c) {
@@ -58,6 +62,11 @@ inline TrianglePlane::TrianglePlane(vec3 org, vec3 a, vec3 b, vec3 c) {
             of_widest = size[k];
         }
     }
+    if (height == 0 || widest == 0) {
+        t_part = kUnknown;
+        t_by_slant = weight_part = weight_by_slant = weight_by_t = weight_by_rest = 0;
+        return;
+    }
     t_part = kPairs * (of_height / std::fabs(height) + 1);
     t_by_slant = kPairs * of_slant;
     const double across = 2 * longest / widest;
@@ -68,9 +77,11 @@ inline TrianglePlane::TrianglePlane(vec3 org, vec3 a, vec3 b, vec3 c) {
     weight_by_slant = 0x1p-46 * (longest * reach + of_slant);
 }
 
-inline bool TrianglePlane::place(vec3 dir, TriangleHit& hit) const {
+inline bool TrianglePlane::place(vec3 dir, bool is_through, TriangleHit& hit) const {
     const auto dot = [&](const double* p) { return p[0] * dir.x + p[1] * dir.y + p[2] * dir.z; };
-    const double inverse = 1 / dot(n);
+    const double along = dot(n);
+    if (t_part >= kUnknown || along == 0) return false;
+    const double inverse = 1 / along;
     const double t = height * inverse, wb = dot(u) * inverse, wc = dot(v) * inverse;
     const double slant = std::fabs(inverse), rest = t_part + t_by_slant * slant;
     const double t_error = rest * t;
@@ -81,8 +92,13 @@ inline bool TrianglePlane::place(vec3 dir, TriangleHit& hit) const {
     hit.t = float_of(t - t_error);
     hit.u = weight_of(wb - error);
     hit.v = weight_of(wc - error);
-    return t > kTiny && rest < 0x1p-25 && hit.t == float_of(t + t_error) &&
-           hit.u == weight_of(wb + error) && hit.v == weight_of(wc + error);
+    is_through = is_through || (wb > error && wc > error && wb + wc < 1 - 3 * error);
+    const bool is_known = is_through && t > kTiny && rest < kUnknown &&
+                          hit.t == float_of(t + t_error) && hit.u == weight_of(wb + error) &&
+                          hit.v == weight_of(wc + error);
+    // Both may have been rounded up.
+    hit.v = std::min(hit.v, 1 - hit.u);
+    return is_known;
 }
 
 }  // namespace mray::cpu

@@ -360,9 +360,11 @@ HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at)
     return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
 }
 
-/// intersect_slot() for a ray that surely goes through the triangle and whose hit is rough.
-HWY_NOINLINE inline bool refine_slot(const RayStream& stream, std::size_t ray, float tfar,
-                                     const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
+/// intersect_slot() where the hit is rough and no edge function is 0. kIsThrough: the ray surely
+/// goes through the triangle.
+template <bool kIsThrough = true>
+HWY_NOINLINE bool refine_slot(const RayStream& stream, std::size_t ray, float tfar,
+                              const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
     const auto rotated = [&](uint i) {
         return rotate_axes(leaf_position(leaf, slot, i), stream.axis[ray]);
     };
@@ -370,7 +372,7 @@ HWY_NOINLINE inline bool refine_slot(const RayStream& stream, std::size_t ray, f
     const vec3 a = rotated(0), b = rotated(1), c = rotated(2);
     if (!finite_vertices(a, b, c)) return false;
     const TrianglePlane plane(of_ray(stream.sheared_org), a, b, c);
-    return plane.place(of_ray(stream.sheared_dir), hit)
+    return plane.place(of_ray(stream.sheared_dir), kIsThrough, hit)
                ? is_in_range(hit.t, stream.tnear[ray], tfar)
                : intersect_slot(stream, ray, tfar, leaf, slot, hit);
 }
@@ -430,9 +432,14 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         hits = hits & mask_of(bits);
         if (none(hits)) continue;
         const std::uint32_t rough = bits_of(hits & lanes::is_rough(hit));
-        if (HWY_UNLIKELY(rough != 0) &&
-            visit_slots(stream, ray, tfar, leaf, v, rough, intersect_slot, visit))
-            return true;
+        if (HWY_UNLIKELY(rough != 0)) {
+            const FloatVec least = min3(abs(edges.u), abs(edges.v), abs(edges.w));
+            const std::uint32_t at_edge = bits_of(least == zero()) & rough;
+            if (visit_slots(stream, ray, tfar, leaf, v, rough & ~at_edge, refine_slot<false>,
+                            visit) ||
+                visit_slots(stream, ray, tfar, leaf, v, at_edge, intersect_slot, visit))
+                return true;
+        }
         hits = and_not(mask_of(rough), hits) &
                lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         if (visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) return true;
@@ -516,7 +523,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         uncertain |= bits_of(hits.uncertain) << (v * kLanes);
         const std::uint32_t rough = bits_of(hits.rough);
         if (HWY_UNLIKELY(rough != 0) &&
-            visit_slots(stream, ray, tfar, leaf, v, rough, refine_slot, visit))
+            visit_slots(stream, ray, tfar, leaf, v, rough, refine_slot<>, visit))
             return true;
         return !none(hits.certain) &&
                visit_lanes(v, hits.certain & finite_lanes(vertices, at), hit, visit);
@@ -543,7 +550,7 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
         if (!none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at))) return true;
         const auto any = [](std::uint32_t, const TriangleHit&) { return true; };
         return !none(hits.rough) && visit_slots(stream, ray, stream.tfar[ray], leaf, v,
-                                                bits_of(hits.rough), refine_slot, any);
+                                                bits_of(hits.rough), refine_slot<>, any);
     };
     if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
         return true;

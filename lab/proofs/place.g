@@ -15,6 +15,8 @@
 #                |p| <= longest: p is off by 2 t r of t's error r, 6.1 e^2 t, 3.1 e^2 longest and 2^-62;
 #                p x e2 by 2 longest times that and by 11.1 e^2 of its products; n.k by 11.1 e^2 of its
 #                products; doubles by 2^-50 of all sums of magnitudes
+#                A ray surely goes through a triangle by surely_inside, or where both weights in doubles are
+#                beyond their error and their sum is below 1 by three times it: then t_H need not be clamped
 #   used by      the hit rule
 #   by hand      Exact t is that of the plane for a ray through the triangle, and else one between that and
 #                the mean. Fast edge functions are within bound of those in real arithmetic, too (fast_edges.g). So the mean
