@@ -99,6 +99,7 @@ uint bits_of(bvec4 b) {
 
 // Declares NAME(ray, last, at), which meets the four boxes at a place of a buffer, axis by axis, so that
 // few planes are in registers. STRIDE follows the offsets of planes of a node.
+// Near planes are even or odd numbers times kPlaneVec4s, a power of two, and far ones the others.
 #define FAR_PLANE(near_plane) ((near_plane) ^ kPlaneVec4s)
 #define MEET_FOUR(NAME, BUFFER, STRIDE)                                                        \
     FourIntervals NAME##_axis(NodeRay ray, uint axis, uint at) {                               \
@@ -178,10 +179,10 @@ void test_triangle(uint leaf, uint i) {
     Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                          project_fast(sheared, c));
     if (!may_be_inside(e)) return;
-    // Triangles that reach behind the origin are not sure: there the fast path may not hold.
-    // Computed again rather than kept.
+    // The slack of shear_ray(), computed again so that it is in no register between.
     precise float depth_slack = 0.25f * boxes.depth_margin;
     ShearedRay with_slack = ShearedRay(sheared.org, sheared.dir, sheared.axis, depth_slack);
+    // Triangles that reach behind the origin are not sure: there the fast path may not hold.
     bool is_sure = surely_inside(with_slack, e) && e.depth_range < e.depth_size;
     TriangleHit hit;
     bool is_hit = is_sure && fast_hit(a, b, c, hit);
@@ -220,7 +221,7 @@ void end_ray(uint answer_index) {
     report();
     if (finished()) return;
     uint i = atomicAdd(work.header.suspended_count, 1u);
-    // From what is in registers anyway.
+    // From the rotated ray, which is in registers anyway.
     uint back = sheared.axis == 2u ? 2u : 1u - sheared.axis;
     work.suspended[i].ray = Ray(rotate_axes(sheared.org, back), ray.tnear,
                                 rotate_axes(sheared.dir, back), ray.tfar);
