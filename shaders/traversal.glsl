@@ -65,7 +65,7 @@ uint pop() {
 
 uint visit_node() {
     if (stack_size + kWidth - 1u > kStackRoom) {
-        // With a short stack it stops here, and another kernel begins anew.
+        // A short stack is full: the ray ends here, and `resume` traces it from the root.
         if (kStackRoom < kMaxStack) return kSteps;
         status |= kStatusStackOverflow;
         current = kEmptyChild;

@@ -18,7 +18,7 @@ namespace {
 
 using mray::cpu::LitKind;
 
-/// Both name the kinds up to prim in one order; the tree colours the others.
+/// Both name the kinds in one order.
 static_assert(static_cast<int>(Shading::prim) == static_cast<int>(LitKind::kPrim));
 
 mray::vec3 unit_vector(const Point& p) {

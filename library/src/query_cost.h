@@ -44,7 +44,7 @@ public:
     }
     /// No other thread may add at the same time.
     std::uint64_t rays() const { return counted() - counted_before_; }
-    /// How many of rays() were of images. As rays().
+    /// The part of rays() that images traced. No other thread may add at the same time.
     std::uint64_t image_rays() const { return image_rays_.load(std::memory_order_relaxed); }
     /// As rays().
     void reset() {
