@@ -63,8 +63,8 @@ void fail_each_call(VkResult result, bool force_staging, std::size_t most,
     EXPECT_GT(failures, 20u);
 }
 
-// Six calls of each function: a session compiles its kernels again for each failure. Other tests let
-// every call of a scene and of a frame fail.
+// Six calls of each function: a session compiles its kernels again for each failure. In other tests
+// every call of a scene and of a frame fails.
 TEST(FaultInjection, CallsThatRunOutOfDeviceMemoryGiveALimitError) {
     fail_each_call(VK_ERROR_OUT_OF_DEVICE_MEMORY, false, 6, [](std::string_view) { return true; });
 }
