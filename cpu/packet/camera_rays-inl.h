@@ -9,7 +9,7 @@
 #include "common/scene/scene_space.h"
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/packet/packet_plane-inl.h"
-#include "cpu/simd/triangle_plane.h"
+#include "cpu/simd/triangle_plane-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
@@ -224,19 +224,16 @@ inline constexpr double kLeastStoredZ = 0.25;
 /// 3. z is off by less than 0.01 % of kLeastStoredZ, and so are quotient and floats: kWiden.
 HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections& directions,
                                 std::uint32_t width, std::uint32_t height) {
-    const hn::CappedTag<double, 8> doubles;
-    using DoubleVec = hn::Vec<decltype(doubles)>;
-    const hn::Rebind<float, decltype(doubles)> halves;
-    const std::size_t lanes = hn::MaxLanes(doubles);
+    const std::size_t lanes = hn::MaxLanes(kDoubles);
     DoubleVec rows[3][3];
     for (int k = 0; k < 3; ++k)
-        for (int axis = 0; axis < 3; ++axis) rows[k][axis] = hn::Set(doubles, frame.rows[k][axis]);
+        for (int axis = 0; axis < 3; ++axis) rows[k][axis] = hn::Set(kDoubles, frame.rows[k][axis]);
     const auto along = [&](int k, const DoubleVec d[3]) HWY_ATTR {
         return hn::Add(hn::Add(hn::Mul(rows[k][0], d[0]), hn::Mul(rows[k][1], d[1])),
                        hn::Mul(rows[k][2], d[2]));
     };
-    auto most = hn::Zero(halves);
-    auto least_z = hn::Set(doubles, 1e30);
+    auto most = hn::Zero(kHalves);
+    auto least_z = hn::Set(kDoubles, 1e30);
     const std::uint32_t columns = width / kBlockSide;
     for (std::uint32_t row = 0; row < height / kBlockSide; ++row) {
         for (std::uint32_t column = 0; column < columns; ++column) {
@@ -245,26 +242,26 @@ HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections
                 DoubleVec d[3];
                 for (int axis = 0; axis < 3; ++axis) {
                     d[axis] =
-                        hn::PromoteTo(doubles, hn::LoadU(halves, directions.d[axis] + block + l));
+                        hn::PromoteTo(kDoubles, hn::LoadU(kHalves, directions.d[axis] + block + l));
                 }
-                const auto x = hn::PromoteTo(doubles, hn::LoadU(halves, kGrid.x[column] + l));
-                const auto y = hn::PromoteTo(doubles, hn::LoadU(halves, kGrid.y[row] + l));
+                const auto x = hn::PromoteTo(kDoubles, hn::LoadU(kHalves, kGrid.x[column] + l));
+                const auto y = hn::PromoteTo(kDoubles, hn::LoadU(kHalves, kGrid.y[row] + l));
                 const auto z = along(2, d);
                 least_z = hn::Min(least_z, z);
                 const auto a = hn::Abs(hn::Sub(along(0, d), hn::Mul(x, z)));
                 const auto b = hn::Abs(hn::Sub(along(1, d), hn::Mul(y, z)));
                 most = hn::Max(
-                    most, hn::Div(hn::DemoteTo(halves, hn::Max(a, b)), hn::DemoteTo(halves, z)));
+                    most, hn::Div(hn::DemoteTo(kHalves, hn::Max(a, b)), hn::DemoteTo(kHalves, z)));
             }
         }
     }
-    const double z = hn::GetLane(hn::MinOfLanes(doubles, least_z));
+    const double z = hn::GetLane(hn::MinOfLanes(kDoubles, least_z));
     if (!(z > kLeastStoredZ) || !(frame.row_size[2] < 2)) return kNoPixelError;
     const double rounding =
         kStoredPlaceRounding *
         (2 * std::max(frame.row_size[0], frame.row_size[1]) + 66 * frame.row_size[2]) / z;
     return static_cast<float>(
-        kWiden * (static_cast<double>(hn::GetLane(hn::MaxOfLanes(halves, most))) + rounding));
+        kWiden * (static_cast<double>(hn::GetLane(hn::MaxOfLanes(kHalves, most))) + rounding));
 }
 
 /// Makes a packet of stored rays, but for their depths, from `directions`, which it fills. Returns
@@ -539,58 +536,56 @@ private:
         // A mask as a vector, not a constant of all ones: compilers compare a register with itself
         // to make one, and each iteration would wait for the last use of that register.
         const UintVec no_prim = as_uint(hn::VecFromMask(kFloats, !has_candidate));
-        FloatVec t, u, v;
-        const FastHits::Depth depth = rays.fast.weigh(t, u, v);
-        write({zero_unless(has_candidate, t), zero_unless(has_candidate, u),
-               zero_unless(has_candidate, v), rays.prim_ids | no_prim},
-              place(rays.first));
+        lanes::TriangleHit hit;
+        const FastHits::Depth depth = rays.fast.weigh(hit.t, hit.u, hit.v);
         constexpr float kRounding = FastHits::kErrorRounding;
         const Mask is_smooth = depth.error <= splat(1 - kRounding) * depth.allowed;
         const std::uint32_t rest =
             rays.rays & ~bits_of(rays.is_fast & is_smooth & rays.fast.is_ahead);
-        if (HWY_LIKELY(rest == 0)) return;
-        const Mask ahead =
-            rays.is_fast & (rays.fast.is_ahead | rays.fast.is_hit_ahead(depth.z, splat(slack_)));
-        const Mask is_rough = depth.error > splat(1 + kRounding) * depth.allowed;
-        finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(ahead & is_rough));
+        if (HWY_UNLIKELY(rest != 0)) {
+            const Mask ahead = rays.is_fast & (rays.fast.is_ahead |
+                                               rays.fast.is_hit_ahead(depth.z, splat(slack_)));
+            const Mask is_rough = depth.error > splat(1 + kRounding) * depth.allowed;
+            finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(ahead & is_rough),
+                        hit);
+        }
+        write({zero_unless(has_candidate, hit.t), zero_unless(has_candidate, hit.u),
+               zero_unless(has_candidate, hit.v), rays.prim_ids | no_prim},
+              place(rays.first));
     }
 
-    /// Finishes the rays `rest` from `first` on, of which these are rough for certain, or makes
-    /// them fallback rays, as where few are rough.
-    HWY_NOINLINE void finish_rest(std::size_t first, std::uint32_t rest, std::uint32_t rough) {
+    /// Refines hits among the rays `rest` from `first` on, of which these are rough for certain.
+    /// The others become fallback rays, as where few are rough.
+    HWY_NOINLINE void finish_rest(std::size_t first, std::uint32_t rest, std::uint32_t rough,
+                                  lanes::TriangleHit& hit) {
         rough &= rest;
         if (static_cast<std::uint32_t>(std::popcount(rough)) * 2 >= kLanes)
-            rest &= ~finish_rough(first, rough);
+            rest &= ~refine_rough(first, rough, hit);
         for (; rest != 0; rest &= rest - 1) {
             fallback_[fallback_count_++] = static_cast<std::uint16_t>(first + first_bit(rest));
         }
     }
 
-    /// Writes hits of rough rays, and returns which. Neighbours have the same triangle, whose plane
-    /// is found once.
-    HWY_INLINE std::uint32_t finish_rough(std::size_t first, std::uint32_t rough) {
-        alignas(64) std::uint32_t indices[kLanes];
-        for (std::uint32_t l = 0; l < kLanes; ++l)
-            indices[l] = static_cast<std::uint32_t>(first) + l;
-        const lanes::Float3 dir = directions_of(packet_, load(indices));
+    /// Refines hits of rough rays, and returns which. Neighbours have the same triangle, whose
+    /// plane is found once.
+    HWY_INLINE std::uint32_t refine_rough(std::size_t first, std::uint32_t rough,
+                                          lanes::TriangleHit& hit) {
+        const UintVec rays = hn::Iota(kUints, static_cast<std::uint32_t>(first));
+        const UintVec candidates = load(packet_.candidate + first);
+        const lanes::Float3 dir = directions_of(packet_, rays);
         std::uint32_t done = 0;
         while (rough != 0) {
             const std::uint32_t candidate = packet_.candidate[first + first_bit(rough)];
+            const std::uint32_t asked = rough & bits_of(float_mask(candidates == splat(candidate)));
             const TrianglePlane& plane = plane_of(candidate);
-            lanes::TriangleHit hit;
-            const std::uint32_t placed = bits_of(place_hits(plane, dir, hit));
-            Hit hits[kLanes];
-            hn::StoreInterleaved4(hit.t, hit.u, hit.v, zero(), kFloats, &hits->t);
-            const HitLeaf& leaf = packet_.hit_leaves[triangle_leaf(candidate)];
-            for (std::uint32_t bits = rough; bits != 0; bits &= bits - 1) {
-                const std::uint32_t l = first_bit(bits);
-                if (packet_.candidate[first + l] != candidate) continue;
-                rough &= ~(1u << l);
-                if ((placed >> l & 1) == 0) continue;
-                done |= 1u << l;
-                hits[l].prim_id = floatBitsToUint(leaf.prim_id[triangle_slot(candidate)]);
-                *place(first + l) = hits[l];
-            }
+            const auto of_all = [&](std::uint32_t) -> auto& { return plane; };
+            lanes::TriangleHit refined;
+            const Mask placed = place_hits(of_all, dir, asked, refined) & mask_of(asked);
+            hit.t = select(placed, refined.t, hit.t);
+            hit.u = select(placed, refined.u, hit.u);
+            hit.v = select(placed, refined.v, hit.v);
+            done |= bits_of(placed);
+            rough &= ~asked;
         }
         return done;
     }
@@ -600,9 +595,9 @@ private:
         if (plane_candidates_[at] != candidate) {
             plane_candidates_[at] = candidate;
             const Leaf& leaf = *packet_.hit_leaves[triangle_leaf(candidate)].leaf;
-            const std::uint32_t slot = triangle_slot(candidate);
-            planes_[at] = TrianglePlane(packet_.frame.org, leaf_position(leaf, slot, 0),
-                                        leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2));
+            const TriangleCorners t = corners_in_lanes(leaf, triangle_slot(candidate));
+            planes_[at] =
+                triangle_plane({lanes::Float3(packet_.frame.org), 0}, {t.a, 0}, {t.b, 0}, {t.c, 0});
         }
         return planes_[at];
     }

@@ -9,7 +9,7 @@
 
 #include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
-#include "cpu/simd/triangle_plane.h"
+#include "cpu/simd/triangle_plane-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
@@ -30,7 +30,7 @@ struct FastTriangle {
     FloatVec za, zb, zc;
 };
 
-/// refine_hit() of these lanes.
+/// refine_hit() of these lanes, by pairs alone where doubles do not decide.
 HWY_NOINLINE inline void refine_hits(const lanes::ShearedRay& s, const lanes::Edges& e,
                                      const TriangleCorners& t, Mask rough,
                                      lanes::TriangleHit& hit) {
@@ -40,65 +40,24 @@ HWY_NOINLINE inline void refine_hits(const lanes::ShearedRay& s, const lanes::Ed
         return lanes::Float3(zero_unless(rough, r.x), zero_unless(rough, r.y),
                              zero_unless(rough, r.z));
     };
-    lanes::TriangleHit refined = hit;
-    refined.error = zero_unless(rough, hit.error);
-    lanes::refine_hit(s, e, taken(t.a), taken(t.b), taken(t.c), refined);
+    const lanes::Float3 a = taken(t.a), b = taken(t.b), c = taken(t.c);
+    const auto plane = [&](std::uint32_t part) HWY_ATTR {
+        return triangle_plane({s.org, part}, {a, part}, {b, part}, {c, part});
+    };
+    lanes::TriangleHit refined;
+    const Mask is_off_edges = min3(abs(e.u), abs(e.v), abs(e.w)) > zero();
+    const Mask is_placed = place_hits(plane, s.dir, bits_of(rough), refined) & is_off_edges;
+    if (const Mask left = and_not(is_placed, rough); !none(left)) {
+        lanes::TriangleHit exact = hit;
+        exact.error = zero_unless(rough, hit.error);
+        lanes::refine_hit(s, e, a, b, c, exact);
+        refined.t = select(is_placed, refined.t, exact.t);
+        refined.u = select(is_placed, refined.u, exact.u);
+        refined.v = select(is_placed, refined.v, exact.v);
+    }
     hit.t = select(rough, refined.t, hit.t);
     hit.u = select(rough, refined.u, hit.u);
     hit.v = select(rough, refined.v, hit.v);
-}
-
-/// TrianglePlane::place() of a ray a lane, which surely goes through the triangle; returns where it
-/// is true.
-HWY_INLINE Mask place_hits(const TrianglePlane& plane, const lanes::Float3& dir,
-                           lanes::TriangleHit& hit) {
-#if HWY_TARGET == HWY_SCALAR
-    TriangleHit one;
-    const bool is_placed =
-        plane.place(vec3(hn::GetLane(dir.x), hn::GetLane(dir.y), hn::GetLane(dir.z)), true, one);
-    hit.t = splat(one.t);
-    hit.u = splat(one.u);
-    hit.v = splat(one.v);
-    return mask_of(is_placed ? 1u : 0u);
-#else
-    const hn::Repartition<double, FloatTag> doubles;
-    const hn::Half<FloatTag> halves;
-    // The least and the largest t, u and v, and the part of t that is its error.
-    hn::Vec<decltype(halves)> ends[2][7];
-    const auto place_half = [&](auto x, auto y, auto z, auto* out) HWY_ATTR {
-        const auto set = [&](double value) HWY_ATTR { return hn::Set(doubles, value); };
-        const auto dot = [&](const double* p)
-                             HWY_ATTR { return set(p[0]) * x + set(p[1]) * y + set(p[2]) * z; };
-        const auto inverse = set(1) / dot(plane.n);
-        const auto slant = hn::Abs(inverse);
-        const auto t = set(plane.height) * inverse;
-        const auto rest = set(plane.t_part) + set(plane.t_by_slant) * slant;
-        const auto error = set(plane.weight_part) + set(plane.weight_by_slant) * slant +
-                           t * (set(plane.weight_by_t) + set(plane.weight_by_rest) * rest);
-        const auto between = [&](auto value, auto off, std::size_t at) HWY_ATTR {
-            out[at] = hn::DemoteTo(halves, value - off);
-            out[at + 1] = hn::DemoteTo(halves, value + off);
-        };
-        between(t, rest * t, 0);
-        between(dot(plane.u) * inverse, error, 2);
-        between(dot(plane.v) * inverse, error, 4);
-        out[6] = hn::DemoteTo(halves, rest);
-    };
-    const auto lower = [&](FloatVec v)
-                           HWY_ATTR { return hn::PromoteTo(doubles, hn::LowerHalf(halves, v)); };
-    const auto upper = [&](FloatVec v)
-                           HWY_ATTR { return hn::PromoteTo(doubles, hn::UpperHalf(halves, v)); };
-    place_half(lower(dir.x), lower(dir.y), lower(dir.z), ends[0]);
-    place_half(upper(dir.x), upper(dir.y), upper(dir.z), ends[1]);
-    const auto all = [&](std::size_t i)
-                         HWY_ATTR { return hn::Combine(kFloats, ends[1][i], ends[0][i]); };
-    hit.t = all(0);
-    hit.u = lanes::grid_weight(all(2));
-    hit.v = lanes::grid_weight(all(4));
-    return (hit.t > splat(kTiny)) & (all(6) < splat(static_cast<float>(TrianglePlane::kUnknown))) &
-           (hit.t == all(1)) & (hit.u == lanes::grid_weight(all(3))) &
-           (hit.v == lanes::grid_weight(all(5)));
-#endif  // HWY_TARGET
 }
 
 /// is_refined_in_range() of the lanes `hits`.

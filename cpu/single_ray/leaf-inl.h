@@ -13,7 +13,6 @@
 #include <bit>
 
 #include "cpu/simd/hit_rule-inl.h"
-#include "cpu/simd/triangle_plane.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -360,36 +359,18 @@ HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at)
     return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
 }
 
-/// intersect_slot() where the hit is rough and no edge function is 0. kIsThrough: the ray surely
-/// goes through the triangle.
-template <bool kIsThrough = true>
-HWY_NOINLINE bool refine_slot(const RayStream& stream, std::size_t ray, float tfar,
-                              const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
-    const auto rotated = [&](uint i) {
-        return rotate_axes(leaf_position(leaf, slot, i), stream.axis[ray]);
-    };
-    const auto of_ray = [&](const auto& v) { return vec3(v[0][ray], v[1][ray], v[2][ray]); };
-    const vec3 a = rotated(0), b = rotated(1), c = rotated(2);
-    if (!finite_vertices(a, b, c)) return false;
-    const TrianglePlane plane(of_ray(stream.sheared_org), a, b, c);
-    return plane.place(of_ray(stream.sheared_dir), kIsThrough, hit)
-               ? is_in_range(hit.t, stream.tnear[ray], tfar)
-               : intersect_slot(stream, ray, tfar, leaf, slot, hit);
-}
-
-/// Calls visit(slot, hit) for the triangles in these lanes of vector v that count by
-/// test(stream, ray, tfar, leaf, slot, hit), one after the other, until it returns true; whether it
-/// did.
-template <class Test, class Visit>
-HWY_INLINE bool visit_slots(const RayStream& stream, std::size_t ray, float tfar, const Leaf& leaf,
-                            std::size_t v, std::uint32_t asked, Test test, Visit& visit) {
-    for (; asked != 0; asked &= asked - 1) {
-        const auto first = static_cast<std::uint32_t>(v * kLanes);
-        const std::uint32_t slot = slot_of_lane(first + first_bit(asked));
-        TriangleHit hit;
-        if (test(stream, ray, tfar, leaf, slot, hit) && visit(slot, hit)) return true;
-    }
-    return false;
+/// The lanes of vector v among `hits` that are hits no later than tfar once they are refined.
+HWY_NOINLINE inline Mask refined_in_slots(const RayStream& stream, std::size_t ray, float tfar,
+                                          const Leaf& leaf, std::size_t v, const lanes::Edges& e,
+                                          Mask hits, lanes::TriangleHit& hit) {
+    const LeafLanes vertices = load_leaf<2>(leaf, 2);
+    LeafPoints points;
+    for (std::size_t i = 0; i < kVectors; ++i)
+        points.set(i, {vertices.x[i], vertices.y[i], vertices.z[i]});
+    const VertexLookups at(vertices.local_vertices[v]);
+    const TriangleCorners corners{points.look_up(at.a), points.look_up(at.b), points.look_up(at.c)};
+    return refined_in_range(sheared_ray(stream, ray), e, {splat(stream.tnear[ray]), splat(tfar)},
+                            corners, hits, hit);
 }
 
 /// Calls visit(slot, hit) for these lanes of vector v until it returns true; whether it did.
@@ -428,20 +409,7 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         const lanes::Edges edges = lanes::exact_edges(a, b, c);
         Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
         if (stream.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
-        hits = hits & lanes::may_be_in_range(hit, splat(stream.tnear[ray]), splat(tfar));
-        hits = hits & mask_of(bits);
-        if (none(hits)) continue;
-        const std::uint32_t rough = bits_of(hits & lanes::is_rough(hit));
-        if (HWY_UNLIKELY(rough != 0)) {
-            const FloatVec least = min3(abs(edges.u), abs(edges.v), abs(edges.w));
-            const std::uint32_t at_edge = bits_of(least == zero()) & rough;
-            if (visit_slots(stream, ray, tfar, leaf, v, rough & ~at_edge, refine_slot<false>,
-                            visit) ||
-                visit_slots(stream, ray, tfar, leaf, v, at_edge, intersect_slot, visit))
-                return true;
-        }
-        hits = and_not(mask_of(rough), hits) &
-               lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        hits = refined_in_slots(stream, ray, tfar, leaf, v, edges, hits & mask_of(bits), hit);
         if (visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) return true;
     }
     return false;
@@ -500,12 +468,18 @@ HWY_INLINE FilteredHits filtered_hits(const RayStream& stream, std::size_t ray, 
             and_not(is_hit, possible)};
 }
 
-/// filtered_hits() up to the ray's tfar. Few leaves need it; inlined, it would spill registers in
-/// the loop over leaves.
+/// filtered_hits() up to the ray's tfar, with rough hits refined. Few leaves need it; inlined, it
+/// would spill registers in the loop over leaves.
 HWY_NOINLINE inline FilteredHits filtered_occluders(const RayStream& stream, std::size_t ray,
+                                                    const Leaf& leaf, std::size_t v,
                                                     const FilteredTriangles& t, Mask possible) {
     lanes::TriangleHit hit;
-    return filtered_hits(stream, ray, stream.tfar[ray], sheared_ray(stream, ray), t, possible, hit);
+    const float tfar = stream.tfar[ray];
+    FilteredHits hits =
+        filtered_hits(stream, ray, tfar, sheared_ray(stream, ray), t, possible, hit);
+    if (none(hits.certain) && !none(hits.rough))
+        hits.certain = refined_in_slots(stream, ray, tfar, leaf, v, t.edges, hits.rough, hit);
+    return hits;
 }
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
@@ -521,10 +495,14 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         lanes::TriangleHit hit;
         const FilteredHits hits = filtered_hits(stream, ray, tfar, s, t, possible, hit);
         uncertain |= bits_of(hits.uncertain) << (v * kLanes);
-        const std::uint32_t rough = bits_of(hits.rough);
-        if (HWY_UNLIKELY(rough != 0) &&
-            visit_slots(stream, ray, tfar, leaf, v, rough, refine_slot<>, visit))
-            return true;
+        if (HWY_UNLIKELY(!none(hits.rough))) {
+            // Copies, so that the others need not be in memory.
+            lanes::TriangleHit refined = hit;
+            const lanes::Edges edges = t.edges;
+            const Mask found =
+                refined_in_slots(stream, ray, tfar, leaf, v, edges, hits.rough, refined);
+            if (visit_lanes(v, found, refined, visit)) return true;
+        }
         return !none(hits.certain) &&
                visit_lanes(v, hits.certain & finite_lanes(vertices, at), hit, visit);
     };
@@ -545,12 +523,9 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
         if (none(possible)) return false;
         // A copy, so that `t` itself need not be in memory.
         const FilteredTriangles copy = t;
-        const FilteredHits hits = filtered_occluders(stream, ray, copy, possible);
+        const FilteredHits hits = filtered_occluders(stream, ray, leaf, v, copy, possible);
         uncertain |= bits_of(hits.uncertain) << (v * kLanes);
-        if (!none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at))) return true;
-        const auto any = [](std::uint32_t, const TriangleHit&) { return true; };
-        return !none(hits.rough) && visit_slots(stream, ray, stream.tfar[ray], leaf, v,
-                                                bits_of(hits.rough), refine_slot<>, any);
+        return !none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at));
     };
     if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
         return true;

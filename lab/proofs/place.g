@@ -11,12 +11,12 @@
 #                product of pairs = p + fl(err + fl(fl(a.hi b.lo) + fl(a.lo b.hi))), p = fl(a.hi b.hi)
 #                quotient = q0 + fl(fl(rest + lower) r), q0 = fl(n.hi r), r = rcp(d.hi),
 #                rest = fl(fl(n.hi - p) - err), lower = fl(n.lo - fl(q0 d.lo)), p = fl(q0 d.hi)
-#                TrianglePlane (cpu/simd/triangle_plane.h): its bounds, for rays through the triangle, where
-#                |p| <= longest: p is off by 2 t r of t's error r, 6.1 e^2 t, 3.1 e^2 longest and 2^-62;
-#                p x e2 by 2 longest times that and by 11.1 e^2 of its products; n.k by 11.1 e^2 of its
-#                products; doubles by 2^-50 of all sums of magnitudes
-#                A ray surely goes through a triangle by surely_inside, or where both weights in doubles are
-#                beyond their error and their sum is below 1 by three times it: then t_H need not be clamped
+#                TrianglePlane (cpu/simd/triangle_plane-inl.h): its bounds, for rays through the triangle, where
+#                |p| <= longest: p is off by 2 T of t's error T, 6.1 e^2 t, 3.1 e^2 longest and 2^-62; T is at
+#                least 2^-42 t, so 6.1 e^2 t at most T / 2; p x e2 by 2 longest times that and by 11.1 e^2 of its
+#                products; n.k by 11.1 e^2 of its products; doubles by 2^-50 of all sums of magnitudes
+#                A ray surely goes through a triangle where both weights in doubles are beyond their error and
+#                their sum is below 1 by three times it: then t_H need not be clamped
 #   used by      the hit rule
 #   by hand      Exact t is that of the plane for a ray through the triangle, and else one between that and
 #                the mean. Fast edge functions are within bound of those in real arithmetic, too (fast_edges.g). So the mean
@@ -87,7 +87,7 @@ e = @kRounding@;
 ## lemma: TrianglePlane: 1.0625 2^-42 holds the pairs' 2^-42 and doubles; so do the parts of weights
 e = @kRounding@;
 { 0x1.1p-42 - (0x1p-42 + 0x1p-48) >= 0
-  /\ 0x1p-43 - 6.1 * e * e >= 0
+  /\ 0.5 * 0x1p-42 - 6.1 * e * e >= 0
   /\ 4 * 0x1p-44 - (3.1 * e * e + 11.1 * e * e) >= 0
   /\ 0x1p-60 - 0x1p-62 >= 0
   /\ 0x1.1p-42 - (40 * e * e + 11.1 * e * e) >= 0 }

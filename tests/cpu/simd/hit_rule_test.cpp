@@ -221,40 +221,35 @@ TEST(RuleOnVectors, HasTheBitsOfTheScalarRuleOnTrianglesOfAnySizeAndThinness) {
     EXPECT_GT(ways.exact_misses, 10000u);
 }
 
-// Weights of which one is below the steps of floats, where the rounded others add up to more
+// Rough hits with a weight below the steps of floats, where the rounded others add up to more
 // than 1.
-TEST(TrianglePlanes, HaveTheBitsOfTheRuleBesideEdges) {
+TEST(RuleOnVectors, HasTheBitsOfTheScalarRuleBesideEdges) {
     Random random(97);
     const auto corner = [&] {
         const auto side = [&] { return random.real(-0.5, 0.5) * kSceneExtent; };
         return snap_point(vec3(side(), side(), side()));
     };
-    int placed = 0, rounded_up = 0;
+    std::vector<RuleCase> cases;
     for (int i = 0; i < 200'000; ++i) {
-        const vec3 x[3] = {corner(), corner(), corner()};
+        RuleCase own{{}, corner(), corner(), corner()};
         const double u = random.real(0, 1);
         const double a = std::exp2(random.real(-40, -20));
-        const glm::dvec3 at = a * glm::dvec3(x[0]) + (1 - a) * u * glm::dvec3(x[1]) +
-                              (1 - a) * (1 - u) * glm::dvec3(x[2]);
-        const vec3 org = snap_point(vec3(at + random.real(0.001, 0.1) * glm::dvec3(corner())));
-        const ShearedRay s = shear_ray(org, canonical_direction(vec3(at - glm::dvec3(org))));
-        const vec3 p[3] = {project(s, x[0]), project(s, x[1]), project(s, x[2])};
-        const Edges e = exact_edges(p[0], p[1], p[2]);
-        TriangleHit mean, hit;
-        if (!exact_hit(s, e, p[0].z, p[1].z, p[2].z, mean) || !is_rough(mean)) continue;
-        if (e.u == 0 || e.v == 0 || e.w == 0) continue;
-        const TrianglePlane plane(s.org, rotate_axes(x[0], s.axis), rotate_axes(x[1], s.axis),
-                                  rotate_axes(x[2], s.axis));
-        if (!plane.place(s.dir, false, hit)) continue;
-        ++placed;
-        rounded_up += hit.v == 1 - hit.u;
-        ASSERT_TRUE(is_refined_in_range(s, e, 0, kInfiniteT, x[0], x[1], x[2], mean));
-        EXPECT_EQ(hit.t, mean.t);
-        EXPECT_EQ(hit.u, mean.u);
-        EXPECT_EQ(hit.v, mean.v);
+        const glm::dvec3 at = a * glm::dvec3(own.a) + (1 - a) * u * glm::dvec3(own.b) +
+                              (1 - a) * (1 - u) * glm::dvec3(own.c);
+        own.ray.org = snap_point(vec3(at + random.real(0.001, 0.1) * glm::dvec3(corner())));
+        own.ray.dir = canonical_direction(vec3(at - glm::dvec3(own.ray.org)));
+        own.ray.tnear = 0;
+        own.ray.tfar = kInfiniteT;
+        cases.push_back(own);
     }
-    EXPECT_GT(placed, 1000);
-    EXPECT_GT(rounded_up, 10);
+    Ways ways;
+    expect_same_answers(cases, ways, "beside edges");
+    EXPECT_GT(ways.exact_hits, 1000u);
+    const auto has_whole_weights = [&](const RuleCase& own) {
+        const RuleAnswer answer = expected_answer(own, ways);
+        return answer.hits && answer.hit.v == 1 - answer.hit.u;
+    };
+    EXPECT_GT(std::ranges::count_if(cases, has_whole_weights), 10);
 }
 
 }  // namespace
