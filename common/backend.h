@@ -116,7 +116,7 @@ public:
     /// first; after an assignment to the pose, set_scene().
     virtual void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) = 0;
     /// Takes a tree at the pose, refitted or built elsewhere.
-    virtual void set_tree(const Bvh& bvh) = 0;
+    virtual void set_tree(Bvh bvh) = 0;
     /// Refits the tree to the last move of the pose. A device may leave that to the next call that
     /// needs the tree. Returns the number of leaves that are written: 0 if no vertex moved and the
     /// extent is kMoved.

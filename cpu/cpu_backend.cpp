@@ -55,9 +55,9 @@ public:
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
-    void set_tree(const Bvh& bvh) override {
+    void set_tree(Bvh bvh) override {
         const Stopwatch watch;
-        bvh_ = bvh;
+        bvh_ = std::move(bvh);
         block_leaves_.reset();
         times_ = {.update = {.upload_ms = watch.ms()}};
     }

@@ -23,7 +23,7 @@ public:
     void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
         change()->set_scene(topology, pose, std::move(bvh));
     }
-    void set_tree(const Bvh& bvh) override { change()->set_tree(bvh); }
+    void set_tree(Bvh bvh) override { change()->set_tree(std::move(bvh)); }
     std::uint64_t refit(RefitExtent extent) override { return change()->refit(extent); }
     void edit_tree(const TreeEdit& edit) override { change()->edit_tree(edit); }
     std::span<const Node> nodes() override { return call()->nodes(); }

@@ -69,12 +69,12 @@ public:
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
-    void set_tree(const Bvh& bvh) override {
+    void set_tree(Bvh bvh) override {
         require_scene();
         finish_refit();
         const Stopwatch watch;
         is_behind_ = true;
-        if (!holds(bvh)) return set_scene(*topology_, *pose_, bvh);
+        if (!holds(bvh)) return set_scene(*topology_, *pose_, std::move(bvh));
         scene_.set_positions(transfer_, pose_->positions());
         take_tree(bvh);
         is_behind_ = false;

@@ -96,7 +96,7 @@ TreeUpdater::TreeUpdater(const Topology& topology, const Pose& pose, Backend& tr
         took_tree(follows_ratio_ ? sample_.area(pose_.positions()) : 0);
         last_.reason = "a copy of another scene's tree";
     }
-    tracer_.set_scene(topology_, pose_, bvh_);
+    tracer_.set_scene(topology_, pose_, std::move(bvh_));
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
     // A copied tree tells nothing of the time of a build.
     const double estimate = kBuildPerTriangle * static_cast<double>(topology_.triangles.size());
@@ -156,7 +156,7 @@ void TreeUpdater::swap() {
     took_tree(background_triangle_area_);
     last_.step = TreeStep::kSwapped;
     last_.reason = "for the tree that was built in the background";
-    tracer_.set_tree(bvh_);
+    tracer_.set_tree(std::move(bvh_));
     last_.times.upload_ms += tracer_.finish().update.upload_ms;
     tracer_.refit(RefitExtent::kAll);
     has_refitted_ = true;
@@ -226,7 +226,7 @@ void TreeUpdater::rebuild(const std::string& reason) {
     last_.reason = reason;
     last_.times.rebuild_ms += build();
     last_.times += finish_refit();
-    tracer_.set_tree(bvh_);
+    tracer_.set_tree(std::move(bvh_));
     last_.times.upload_ms += tracer_.finish().update.upload_ms;
 }
 

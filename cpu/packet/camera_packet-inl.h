@@ -5,6 +5,7 @@
 
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
+#include "cpu/simd/tuning.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
@@ -110,8 +111,22 @@ struct GridPlanes : Planes {
     FloatVec error;
 };
 
-/// The values of a triangle at the rays of blocks: its edge functions and 1/z in the middles of the
-/// blocks of eight rows, four of them at a time, and what the rays of any block add to them.
+/// The values of a triangle at a block's rays: the least edge function and 1/z at as many rays as
+/// there are lanes, from l on.
+struct BlockValues {
+    const GridPlanes& planes;
+    std::uint32_t block;
+
+    HWY_INLINE FloatVec least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
+    HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
+
+private:
+    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGrid.x[block % kGridSide] + l); }
+    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGrid.y[block / kGridSide] + l); }
+};
+
+/// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
+/// of the blocks of eight rows, four of them at a time, and what the rays of any block add to them.
 /// The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
 /// packet_slant.g).
 class RowPlanes {
@@ -212,7 +227,8 @@ public:
     HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
         const std::uint32_t first_candidate = next_candidate();
         bool any_closer = false;
-        if (pixels.count() > kSmallTriangle * corner_triangle_count(leaf.vertex[0].corners) ||
+        if (pixels.count() >
+                tuning_of(kLanes).small_triangle * corner_triangle_count(leaf.vertex[0].corners) ||
             !trace_small(leaf, pixels, first_candidate, any_closer))
             any_closer = trace_large(leaf, blocks, pixels, first_candidate);
         if (!any_closer && uncertain_count_ == 0) return;
@@ -256,9 +272,6 @@ private:
         std::uint32_t first;
         std::uint64_t blocks;
     };
-
-    /// trace_small() is faster for at most this many pixels a triangle (lab/notes/cpu_tracer.md).
-    static constexpr std::uint32_t kSmallTriangle = 16;
 
     /// Pixels of triangles that are tested together: their bits are a word.
     static constexpr std::uint32_t kTests = 64;
@@ -408,14 +421,18 @@ private:
             trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
             alive &= ~unoriented;
         }
-        return trace_oriented(leaf, triangles, alive, blocks, first_candidate);
+        // Triangles of one kind follow each other, so that fewer branches are mispredicted.
+        const std::uint32_t few = alive & triangles.few;
+        const bool any_closer = trace_few(leaf, triangles, few, first_candidate);
+        return trace_many(leaf, triangles, alive & ~few, blocks, first_candidate) || any_closer;
     }
 
     /// Tests a triangle against all rays of a block. Returns whether it becomes the closest
     /// candidate of any ray for certain. One that is hit for certain bounds the depth of further
     /// hits, though it may be uncertain whether it is the closest.
-    HWY_INLINE bool trace_item(const GridPlanes& p, const RowPlanes::Values& values,
-                               std::uint32_t block, std::uint32_t candidate) {
+    template <class Values>
+    HWY_INLINE bool trace_item(const GridPlanes& p, const Values& values, std::uint32_t block,
+                               std::uint32_t candidate) {
         CameraPacket& packet = packet_;
         bool any_closer = false;
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
@@ -453,14 +470,35 @@ private:
         uncertain_count_ = 0;
     }
 
+    /// Traces triangles, as bits, that meet few blocks, against these.
+    HWY_INLINE bool trace_few(const Leaf& leaf, const CameraTriangles& triangles, std::uint32_t few,
+                              std::uint32_t first_candidate) {
+        bool any_closer = false;
+        for (; few != 0; few &= few - 1) {
+            const std::uint32_t i = first_bit(few);
+            const GridPlanes planes(triangles, i);
+            const std::uint32_t left = first_bit(triangles.columns[i]);
+            const std::uint32_t top = first_bit(triangles.rows[i]);
+            const int rows = std::popcount(triangles.rows[i]);
+            std::uint64_t met = (triangles.columns[i] >> left) * (kEachRow >> 16 * (4 - rows));
+            for (; met != 0; met &= met - 1) {
+                const std::uint32_t block = top * kGridSide + left + first_bit(met);
+                any_closer |=
+                    trace_item(planes, BlockValues{planes, block}, block, first_candidate + i);
+            }
+            defer_if_many(leaf, first_candidate);
+        }
+        return any_closer;
+    }
+
     /// Traces triangles, as bits, against `blocks`. Eight rows at a time are two words, which one
     /// loop processes: its mispredicted end costs as much as an item.
-    HWY_INLINE bool trace_oriented(const Leaf& leaf, const CameraTriangles& triangles,
-                                   std::uint32_t oriented, const BlockSet& blocks,
-                                   std::uint32_t first_candidate) {
+    HWY_INLINE bool trace_many(const Leaf& leaf, const CameraTriangles& triangles,
+                               std::uint32_t many, const BlockSet& blocks,
+                               std::uint32_t first_candidate) {
         bool any_closer = false;
-        for (; oriented != 0; oriented &= oriented - 1) {
-            const std::uint32_t i = first_bit(oriented);
+        for (; many != 0; many &= many - 1) {
+            const std::uint32_t i = first_bit(many);
             const GridPlanes planes(triangles, i);
             RowPlanes grid(packet_, planes, triangles.columns[i]);
             const std::uint32_t rows = triangles.rows[i];

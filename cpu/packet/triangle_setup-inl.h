@@ -34,15 +34,13 @@ struct PixelRange {
     HWY_INLINE Mask any() const { return first <= last; }
     /// The columns (or rows) of blocks of these pixels, as bits.
     HWY_INLINE UintVec blocks() const {
-        static_assert(kBlockSide == 4);
-        // Without pixels a block still must be a valid shift count.
-        const auto block = [](FloatVec pixel) HWY_ATTR {
-            return shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel))) & splat(kGridSide - 1);
-        };
         const UintVec below = hn::Shl(splat(1u), block(first));
         const UintVec up_to = hn::Shl(splat(2u), block(last));
         return zero_unless(uint_mask(any()), up_to - below);
     }
+
+    /// How many columns (or rows) of blocks come after the first one.
+    HWY_INLINE UintVec more_blocks() const { return block(last) - block(first); }
 
     /// The first pixel, and the last one 8 bits above it, if there are any.
     HWY_INLINE UintVec pixels() const {
@@ -50,6 +48,13 @@ struct PixelRange {
             return as_uint(hn::ConvertTo(kInts, pixel)) & splat(kCameraSide - 1);
         };
         return number(first) | shift_left<8>(number(last));
+    }
+
+private:
+    static HWY_INLINE UintVec block(FloatVec pixel) {
+        static_assert(kBlockSide == 4);
+        // Without pixels it still must be a valid shift count.
+        return shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel))) & splat(kGridSide - 1);
     }
 };
 
@@ -180,6 +185,8 @@ struct CameraTriangles : SetUpTriangles {
     PerTriangle<float> error;
     /// The columns and rows of blocks that each meets, as bits.
     PerTriangle<std::uint32_t> columns, rows;
+    /// The triangles, as bits, that meet at most six blocks, in at most four columns and rows.
+    std::uint32_t few;
     std::uint32_t unoriented;
 };
 
@@ -428,6 +435,7 @@ public:
         const DepthBounds depths(frame_, projected.distance);
         std::uint32_t alive = 0;
         out.unoriented = 0;
+        if constexpr (kOnGrid) out.few = 0;
         if constexpr (!kOnGrid) out.behind = 0;
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
         for (std::size_t l = 0; l < (kOnGrid ? count : kMaxLanes); l += kLanes) {
@@ -524,6 +532,8 @@ private:
             const PixelRange pixels_y(p.lower_y, p.upper_y, 0, pixels_.first_y, pixels_.last_y);
             store(pixels_x.blocks(), out.columns + l);
             store(pixels_y.blocks(), out.rows + l);
+            const UintVec more = pixels_x.more_blocks() + pixels_y.more_blocks();
+            out.few |= bits_of(float_mask(as_int(more) < splat(std::int32_t{4}))) << l;
             p.meets = p.meets & (pixels_x.any() & pixels_y.any());
         } else {
             RectangleLanes(p.lower_x, p.upper_x, p.lower_y, p.upper_y).put(out.rectangles, l);

@@ -38,7 +38,7 @@ public:
     void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
         inner_->set_scene(topology, pose, std::move(bvh));
     }
-    void set_tree(const Bvh& bvh) override { inner_->set_tree(bvh); }
+    void set_tree(Bvh bvh) override { inner_->set_tree(std::move(bvh)); }
     std::uint64_t refit(RefitExtent extent) override { return inner_->refit(extent); }
     std::span<const Node> nodes() override { return inner_->nodes(); }
     const Bvh& host_tree() override { return inner_->host_tree(); }

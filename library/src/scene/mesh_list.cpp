@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/base/aligned_vector.h"
 #include "common/interop/shading.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/vertex_normals.h"
@@ -85,7 +86,10 @@ void check(const MeshView& mesh) {
     if (!look.smooth.empty() && look.smooth.size() != mesh.triangles.size())
         throw_bad_argument("smooth: {} numbers for {} corners of triangles", look.smooth.size(),
                            mesh.triangles.size());
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    // The greatest index is found in vectors, an index too great one by one.
+    std::uint32_t greatest = 0;
+    for (const std::uint32_t index : mesh.triangles) greatest = std::max(greatest, index);
+    for (std::size_t i = 0; i < mesh.triangles.size() && greatest >= mesh.positions.count; ++i) {
         if (mesh.triangles[i] < mesh.positions.count) continue;
         throw Error(ErrorCode::bad_input,
                     fmt::format("triangle {} has vertex {}, but there are {} positions", i / 3,
@@ -101,9 +105,11 @@ void check(const MeshView& mesh) {
 }
 
 std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
-    std::vector<mray::uvec3> threes(numbers.size() / 3);
-    for (std::size_t i = 0; i < threes.size(); ++i)
-        threes[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    const auto* const first = reinterpret_cast<const mray::uvec3*>(numbers.data());
+    std::vector<mray::uvec3> threes;
+    threes.reserve(numbers.size() / 3);
+    mray::ask_for_huge_pages(threes.data(), numbers.size_bytes());
+    threes.assign(first, first + numbers.size() / 3);
     return threes;
 }
 
@@ -253,7 +259,7 @@ mray::TopologyChange MeshList::make_changes() {
     move_kept(topology_.triangles, runs, prim);
     move_kept(topology_.albedo, runs, prim);
     for (auto& [id, change] : changes_)
-        if (slots_[id].used) write(slots_[id], std::move(change));
+        if (slots_[id].used) write(slots_[id], std::move(change), prim);
     changes_.clear();
     return difference;
 }
@@ -271,8 +277,14 @@ void MeshList::renumber(const MeshSlot& slot, std::uint32_t vertex_shift,
         if (id != mray::kNoTexture) id += texture_shift;
 }
 
-void MeshList::write(const MeshSlot& slot, Change change) {
-    const auto copy = [&](const auto& from, auto& to) {
+/// Writes a mesh that is new into arrays of `size` triangles, or moves those of the only mesh.
+void MeshList::write(const MeshSlot& slot, Change change, std::size_t size) {
+    const auto copy = [&](auto& from, auto& to) {
+        if (from.size() == size) {
+            to = std::move(from);
+            return;
+        }
+        to.resize(size);
         std::copy(from.begin(), from.end(), to.begin() + slot.first_prim);
     };
     copy(change.triangles, topology_.triangles);

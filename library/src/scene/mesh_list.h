@@ -73,9 +73,11 @@ struct KeptRange {
     std::size_t count;
 };
 
-/// Moves runs, which keep their order, in an array that gets `size` elements.
+/// Moves runs, which keep their order, in an array that gets `size` elements, or none if no run is
+/// kept.
 template <class T>
 void move_kept(std::vector<T>& all, std::span<const KeptRange> runs, std::size_t size) {
+    if (runs.empty()) return all.clear();
     all.resize(std::max(all.size(), size));
     const auto move = [&](const KeptRange& run) {
         std::memmove(all.data() + run.after, all.data() + run.before, run.count * sizeof(T));
@@ -145,7 +147,7 @@ private:
     };
 
     void renumber(const MeshSlot& slot, std::uint32_t vertex_shift, std::uint32_t texture_shift);
-    void write(const MeshSlot& slot, Change change);
+    void write(const MeshSlot& slot, Change change, std::size_t size);
 
     /// By geom_id.
     std::vector<MeshSlot> slots_;
