@@ -537,15 +537,14 @@ private:
         // to make one, and each iteration would wait for the last use of that register.
         const UintVec no_prim = as_uint(hn::VecFromMask(kFloats, !has_candidate));
         lanes::TriangleHit hit;
-        const FastHits::Depth depth = rays.fast.weigh(hit.t, hit.u, hit.v);
-        constexpr float kRounding = FastHits::kErrorRounding;
-        const Mask is_smooth = depth.error <= splat(1 - kRounding) * depth.allowed;
+        FastHits fast = rays.fast;
+        fast.weigh(hit.t, hit.u, hit.v);
         const std::uint32_t rest =
-            rays.rays & ~bits_of(rays.is_fast & is_smooth & rays.fast.is_ahead);
+            rays.rays & ~bits_of(rays.is_fast & fast.is_surely_smooth(hit.t));
         if (HWY_UNLIKELY(rest != 0)) {
-            const Mask ahead = rays.is_fast & (rays.fast.is_ahead |
-                                               rays.fast.is_hit_ahead(depth.z, splat(slack_)));
-            const Mask is_rough = depth.error > splat(1 + kRounding) * depth.allowed;
+            Mask is_smooth, is_rough;
+            fast.find_rough(hit.t, is_smooth, is_rough);
+            const Mask ahead = rays.is_fast & fast.is_hit_ahead(splat(slack_));
             finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(ahead & is_rough),
                         hit);
         }

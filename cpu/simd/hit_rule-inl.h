@@ -150,18 +150,16 @@ struct FastHits {
     /// The part of its own size by which an error of t may differ from that of weighted_hit().
     static constexpr float kErrorRounding = 0x1p-10f;
 
-    /// z of hits; the errors of t, and from which on hits are rough.
-    struct Depth {
-        FloatVec z, error, allowed;
-    };
+    /// The part of t that is the most error_by_edges of hits that are surely smooth.
+    static constexpr float kSmoothByEdges = 0x1.7p-14f;
 
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
     FloatVec size[3];
-    /// Which triangles have all vertices in front of the origin.
-    Mask is_ahead;
-    /// The error of t by the bound of the edge functions, times their sum.
-    FloatVec error_times_sum;
+    /// The error of t by the bound of the edge functions, times their sum; by weigh(), the error.
+    FloatVec error_by_edges;
+    /// z of the hit, by weigh().
+    FloatVec mean;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
     /// Returns the rays for which the rule takes its fast path if the sign of their z is certain.
@@ -184,37 +182,50 @@ struct FastHits {
                                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
         const FloatVec bound = r * mul_add(splat(2.0f), r, m);
         const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
-        error_times_sum = splat(6.0f) * bound * depth_range;
+        error_by_edges = splat(6.0f) * bound * depth_range;
         // The exact functions have one sign, and so have these where they exceed their bound.
         const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
-        // All z are positive, and their range is less than the farthest: the sign is certain.
-        is_ahead = nearest() > 0x1p-20f * farthest();
         return is_flat & is_certain;
     }
 
     /// Sets t, u and v. scaled_weight() drops nothing here: functions that suffice
     /// exceed the bound, and so 2^-20 m^2, and their sum is at most 2 m^2.
-    HWY_INLINE Depth weigh(FloatVec& t, FloatVec& u, FloatVec& v) const {
+    HWY_INLINE void weigh(FloatVec& t, FloatVec& u, FloatVec& v) {
         const FloatVec scale = lanes::rcp_of_positive(sum());
         u = size[1] * scale;
         v = size[2] * scale;
         const FloatVec wa = max(1.0f - (u + v), zero());
         const FloatVec weighted = wa * z[0] + u * z[1] + v * z[2];
-        const FloatVec mean = lanes::lesser(lanes::greater(weighted, nearest()), farthest());
+        mean = lanes::lesser(lanes::greater(weighted, nearest()), farthest());
         t = mean * lanes::rcp_of_positive(dz);
-        const FloatVec range = farthest() - nearest();
-        const FloatVec rounding = splat(kHitRounding) * (range + depth_size());
-        return {mean, mul_add(error_times_sum, scale, rounding),
-                lanes::allowed_error(range, mean, t)};
+        error_by_edges = error_by_edges * scale;
     }
 
-    /// Returns the rays for which project() returned true and whose z, which weigh() returned
-    /// as `mean`, is positive beyond its error. Their triangles may reach behind the origin.
-    HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
+    /// Whether hits are surely smooth, and all vertices in front of the origin: of most triangles,
+    /// in few operations.
+    HWY_INLINE Mask is_surely_smooth(FloatVec t) const {
+        return (farthest() - nearest() < splat(0.25f) * mean) &
+               (error_by_edges <= splat(kSmoothByEdges) * t);
+    }
+
+    /// Sets which hits have a t that is accurate for certain, and which are rough for certain.
+    HWY_INLINE void find_rough(FloatVec t, Mask& is_smooth, Mask& is_rough) const {
+        const FloatVec range = farthest() - nearest();
+        const FloatVec error = error_by_edges + splat(kHitRounding) * (range + depth_size());
+        const FloatVec allowed = lanes::allowed_error(range, mean, t);
+        is_smooth = error <= splat(1 - kErrorRounding) * allowed;
+        is_rough = error > splat(1 + kErrorRounding) * allowed;
+    }
+
+    /// Returns the rays for which project() returned true and whose z is certainly positive: all z
+    /// are, and their range is less than the farthest, or it is so beyond its error.
+    HWY_INLINE Mask is_hit_ahead(FloatVec slack) const {
         // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
         // range is at most twice the size.
         constexpr float kErrorOfSize = (2 * kWeightRounding + kMeanRounding) * (1 + 0x1p-18f);
-        return mean > mul_add(splat(kErrorOfSize), depth_size(), splat(2 * (1 + 0x1p-18f)) * slack);
+        return (nearest() > 0x1p-20f * farthest()) |
+               (mean >
+                mul_add(splat(kErrorOfSize), depth_size(), splat(2 * (1 + 0x1p-18f)) * slack));
     }
 
 private:

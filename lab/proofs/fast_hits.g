@@ -45,3 +45,11 @@ slack = flat * (1 + rho) * (up * up * up * up);    # of 2 slack
 size = 2 * @kWeightRounding@ * (up * up * up) + @kMeanRounding@ * (up * up);
 margin = (1 + 0x1p-18) * (down * down * down);
 { margin - slack >= 0 /\ (2 * @kWeightRounding@ + @kMeanRounding@) * margin - size >= 0 }
+
+## lemma: FastHits::is_surely_smooth: error_by_edges and 1.5 kHitRounding z are less than is allowed
+# range < z / 4, so that size < 1.25 z and is_rough asks kRoughSlope; z < 2 t, as dz < 2
+rho = @kRcpUlp@ * 0x1p-23;
+up = 1 + @kRounding@;
+down = 1 - @kRounding@;
+error = (0x1.7p-14 * up + 1.5 * @kHitRounding@ * 2 * (1 + 2 * rho) * (up * up * up * up * up)) * up;
+{ @kRoughSlope@ * (1 - 0x1p-10) * (down * down) - error >= 0 }
