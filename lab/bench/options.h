@@ -7,8 +7,9 @@
 namespace mray::lab {
 
 struct BenchOptions {
-    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
-                                       "builtin:herd:1000000", "builtin:hall"};
+    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:spikes:1000000",
+                                       "builtin:cloth:180000", "builtin:herd:1000000",
+                                       "builtin:hall"};
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao",
                                       "one-ray", "refit",  "build"};
     std::vector<int> threads = {1, 2};
