@@ -94,6 +94,7 @@ void ImageTracer::prepare_kernels(const Watch& watch) {
     if (with_pixels_) needed.push_back(&kernels_.shade);
     if (packed_words_ != 0) needed.push_back(&kernels_.pack_hits);
     needed.push_back(&kernels_.primary);
+    needed.push_back(&kernels_.decide);
     if (samples_ != 0) {
         needed.push_back(&kernels_.compact);
         needed.push_back(&kernels_.occlusion);
@@ -202,6 +203,7 @@ double ImageTracer::trace_regions(std::span<const RegionArguments> regions, std:
         passes_.begin(commands);
         for (const RegionArguments& region : regions)
             kernels_.primary.dispatch(commands, region, region.tile_count);
+        passes_.decide(commands, false, count);
         // Writer: camera rays; readers: shading and packing.
         barrier(commands);
         shade_and_copy(commands);
@@ -223,6 +225,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
         context_.submit_stages("trace an image", [&](VkCommandBuffer commands) {
             passes_.begin(commands);
             kernels_.primary.dispatch(commands, region, region.tile_count);
+            passes_.decide(commands, false, region.width * region.height);
             if (samples_ != 0) {
                 separate(commands);
                 record_secondary(commands, region, batch);
@@ -278,6 +281,7 @@ void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArgumen
     // The host does not know the length of the list; groups beyond its end end at once.
     const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(most_rays, batch));
     kernels_.occlusion.dispatch(commands, secondary(region, 0, count), groups_of(count));
+    passes_.decide(commands, true, count);
 }
 
 /// Traces the secondary rays [first, ray_count). Returns milliseconds.
@@ -288,10 +292,11 @@ double ImageTracer::trace_rest(const RegionArguments& region, std::uint32_t firs
         watch.throw_if_cancelled();
         const std::uint32_t count = std::min(secondary_batch(watch), ray_count - first);
         const Stopwatch clock;
-        device_ms += passes_.run("trace secondary rays", true, [&](VkCommandBuffer commands) {
-            kernels_.occlusion.dispatch(commands, secondary(region, first, first + count),
-                                        groups_of(count));
-        });
+        device_ms +=
+            passes_.run("trace secondary rays", true, count, [&](VkCommandBuffer commands) {
+                kernels_.occlusion.dispatch(commands, secondary(region, first, first + count),
+                                            groups_of(count));
+            });
         rays_pace_.took(count, clock.ms());
         first += count;
     }

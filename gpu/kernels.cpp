@@ -28,6 +28,7 @@ Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
       rays(SPIRV(rays), steps, RaysArguments{}),
       compact(SPIRV(compact), steps, kNoRegion),
       occlusion(SPIRV(occlusion), steps, OcclusionArguments{}),
+      decide(SPIRV(decide), steps, DecideArguments{}),
       resume(SPIRV(resume), steps, ResumeArguments{}),
       hits(SPIRV(hits), query_steps(steps), QueryArguments{}),
       winding(SPIRV(winding), query_steps(steps), QueryArguments{}),

@@ -84,6 +84,7 @@ public:
     Kernel rays;
     Kernel compact;
     Kernel occlusion;
+    Kernel decide;
     Kernel resume;
     Kernel hits;
     Kernel winding;

@@ -34,8 +34,17 @@ RayPasses::Use RayPasses::use() {
     return Use(this);
 }
 
-double RayPasses::run(const char* what, bool any_hit, const Record& dispatch) {
-    const double device_ms = submit_pass(what, Reset::kRays, dispatch);
+void RayPasses::decide(VkCommandBuffer commands, bool any_hit, std::uint32_t count) const {
+    // Writer: the rays' answers and records; reader: the kernel.
+    barrier(commands);
+    kernels_.decide.dispatch(commands, DecideArguments{any_hit ? 1u : 0u}, groups_of(count));
+}
+
+double RayPasses::run(const char* what, bool any_hit, std::uint32_t count, const Record& dispatch) {
+    const double device_ms = submit_pass(what, Reset::kRays, [&](VkCommandBuffer commands) {
+        dispatch(commands);
+        decide(commands, any_hit, count);
+    });
     return device_ms + resume(any_hit, header(what).suspended_count);
 }
 

@@ -44,9 +44,12 @@ public:
     /// Brings the first `count` suspended rays to an answer, the closest or any hit. Returns
     /// milliseconds on the device. Throws Error(kInternal) if a tree is broken.
     double resume(bool any_hit, std::uint32_t count);
-    /// Submits `dispatch` by itself, over listed pixels if there are any, and answers all its rays.
-    /// `what` is a verb with its object, for errors. Returns milliseconds on the device.
-    double run(const char* what, bool any_hit, const Record& dispatch);
+    /// Records, after a dispatch over at most `count` rays, that their open triangles are decided.
+    void decide(VkCommandBuffer commands, bool any_hit, std::uint32_t count) const;
+    /// Submits `dispatch` of `count` rays by itself, over listed pixels if there are any, and
+    /// answers all of them. `what` is a verb with its object, for errors. Returns milliseconds on
+    /// the device.
+    double run(const char* what, bool any_hit, std::uint32_t count, const Record& dispatch);
 
     /// Submits a kernel of queries, and again until all queries have answers. Returns the pairs
     /// that it found (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.

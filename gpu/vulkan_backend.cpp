@@ -154,7 +154,7 @@ public:
         prepare_rays();
         finish_refit();
         const RayPasses::Use use = use_ray_buffers();
-        kernels_.prepare({&kernels_.rays});
+        kernels_.prepare({&kernels_.rays, &kernels_.decide});
         times_.trace_ms = 0;
         times_.rays = rays.size();
         for (std::size_t first = 0; first < rays.size(); first += passes_.size().rays()) {
@@ -163,9 +163,10 @@ public:
             transfer_.upload(std::as_bytes(rays.subspan(first, count)),
                              passes_.buffers()->rays.buffer);
             const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
-            times_.trace_ms += passes_.run("trace rays", false, [&](VkCommandBuffer commands) {
-                kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
-            });
+            times_.trace_ms += passes_.run(
+                "trace rays", false, arguments.ray_count, [&](VkCommandBuffer commands) {
+                    kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
+                });
             transfer_.download(passes_.buffers()->hits.buffer,
                                std::as_writable_bytes(hits.subspan(first, count)));
         }

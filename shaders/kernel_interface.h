@@ -87,6 +87,9 @@ SHARED_CONST uint kRepeatsSteps = 70u;
 // Entries of a stack in the kernels that begin rays, which suspend a ray that may need more: fewer
 // than kMaxStack, since a GPU keeps memory for all of them and all lanes. (25 was the most in use.)
 SHARED_CONST uint kShortStack = 33u;
+// Triangles of a ray that such a kernel can leave open; and none.
+SHARED_CONST uint kMostOpen = 7u;
+SHARED_CONST uint kNoOpen = 0xFFFFFFFFu;
 
 SHARED_CONST uint kStatusStackOverflow = 1u;
 
@@ -97,17 +100,20 @@ struct WorkHeader {
     uint suspended_count;
     /// Rays that a round of `resume` left unfinished.
     uint unfinished_count;
+    /// Rays with open triangles, as Suspended records at the end of the buffer.
+    uint open_count;
     /// Pixels that `compact` listed, or pairs that QueryArguments::pair_room is for.
     uint visible_count;
-};
-
-/// A ray that `resume` continues, and the index of its answer.
-struct Suspended {
-    Ray ray;
-    uint answer_index;
     uint pad0;
     uint pad1;
     uint pad2;
+};
+
+/// A ray that `resume` or `decide` continues, the index of its answer, and its open triangles.
+struct Suspended {
+    Ray ray;
+    uint answer_index;
+    uint open[kMostOpen];
 };
 
 // A saved traversal, as uints (shaders/saved_state.glsl): the next node or leaf; the size of the
@@ -184,6 +190,10 @@ struct ResumeArguments {
     uint any_hit;  // 1: add the answer to occlusion; 0: write it to hits
 };
 
+struct DecideArguments {
+    uint any_hit;  // 1: add the answer to occlusion; 0: write it to hits
+};
+
 /// Push constants of `refit_leaves` and `refit_nodes`: leaves or nodes [first, first + count).
 struct RefitArguments {
     uint first;
@@ -199,7 +209,7 @@ SHARED_END
 
 #ifdef __cplusplus
 namespace mray {
-static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
+static_assert(sizeof(WorkHeader) == 32 && sizeof(Suspended) == 64);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(kRefitLanes == kWidth && kRefitLanes == kLeafVertices);
 static_assert(sizeof(RegionArguments) <= 128, "the push constants that every device has");

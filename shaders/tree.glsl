@@ -1,5 +1,8 @@
 // The nodes and leaves of the tree (common/interop/bvh_layout.h), four slots of a node at a time. For
 // the host see common/bvh/node.h.
+#ifndef SHADERS_TREE_GLSL
+#define SHADERS_TREE_GLSL
+
 READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 READ4_IN_PLACE(Leaves, leaves, kBindLeaves);
 
@@ -38,3 +41,5 @@ void leaf_triangle(uint leaf, uint i, out vec3 a, out vec3 b, out vec3 c) {
 uint leaf_prim(uint leaf, uint i) {
     return AT4_IN_PLACE(leaves, leaf * kLeafVec4s + kLeafPrimIds + i / 4u)[i % 4u];
 }
+
+#endif  // SHADERS_TREE_GLSL

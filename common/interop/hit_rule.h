@@ -323,6 +323,15 @@ SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim)
 /// than 0 and add up to no more than 1. Bounds: lab/proofs/place.g. e: as for the hit.
 SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
                        INOUT(TriangleHit) hit) {
+    // The box first, so that few registers are in use at a time.
+    Float3 lower = Float3(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
+                          lesser(a.z, lesser(b.z, c.z)));
+    Float3 upper = Float3(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
+                          greater(a.z, greater(b.z, c.z)));
+    Float first;
+    Float last;
+    padded_interval(slab_ray(s.org, s.dir), lower, upper, first, last);
+
     Pair3 e1 = pair_difference(b, a);
     Pair3 e2 = pair_difference(c, a);
     Pair3 way = pair_difference(a, s.org);
@@ -331,14 +340,6 @@ SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
     Pair slant = pair_dot(n, s.dir);
     Pair t;
     Bool is_known = pair_quotient(height, slant, t);
-
-    Float3 lower = Float3(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
-                          lesser(a.z, lesser(b.z, c.z)));
-    Float3 upper = Float3(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
-                          greater(a.z, greater(b.z, c.z)));
-    Float first;
-    Float last;
-    padded_interval(slab_ray(s.org, s.dir), lower, upper, first, last);
     Float kept = lesser(greater(t.hi, first), last);
     // Pairs may leave no digit of a plane that the ray all but lies in. There the mean stays, as
     // everywhere where its error is less than 16 times theirs.

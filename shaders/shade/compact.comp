@@ -17,6 +17,8 @@ shared uint tile_pixels[kGroupSize / 32u];
 shared uint tile_begin;
 
 void main() {
+    // Another list follows: that of camera rays has been decided.
+    if (gl_GlobalInvocationID.x == 0u) work.header.open_count = 0u;
     // Some camera rays are suspended: the host finishes them and submits this again.
     if (work.header.suspended_count != 0u) return;
     uint lane = gl_LocalInvocationID.x;

@@ -1,9 +1,6 @@
 // Rays in the traversal, one a lane. The answer: the bits of t, u and v of the closest hit, and the
 // triangle, by the hit rule (common/interop/hit_rule.h) in any order of visits. Keys are the bits of the
 // least depth of hits in a box.
-#include "common/interop/slab.h"
-#include "common/interop/hit_rule.h"
-
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 #ifdef RESUMES
 const uint kStackRoom = kMaxStack;
@@ -13,11 +10,8 @@ const uint kStackRoom = kShortStack;
 
 READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
 READ4_IN_PLACE(Groups, groups, kBindGroups);
-layout(std430, binding = kBindWork) buffer Work {
-    WorkHeader header;
-    Suspended suspended[];
-} work;
 
+#include "shaders/single_ray/rule.glsl"
 #include "shaders/traversal.glsl"
 
 /// The planes that the ray meets first on each axis: how far they are from quarter_at(); and the
@@ -122,12 +116,21 @@ ShearedRay sheared;
 /// Whether the first hit ends the traversal.
 bool any_hit;
 
+// Triangles that the fast path leaves open, which `decide` decides; `resume` does it at once.
+/// Leaf and triangle of the first; a ray with more begins again in `resume`.
+uint open_count;
+uint open_triangles[kMostOpen];
+/// No hit that counts is farther, because of an open triangle that is hit.
+float open_limit;
+
 void begin_ray(Ray traced, bool is_any_hit) {
     ray = traced;
     boxes = node_ray(slab_ray(ray.org, ray.dir));
     sheared = shear_ray(ray.org, ray.dir);
     any_hit = is_any_hit;
     answer = uvec4(floatBitsToUint(ray.tfar), 0u, 0u, kNoPrim);
+    open_count = 0u;
+    open_limit = ray.tfar;
     begin_traversal();
 }
 
@@ -139,7 +142,7 @@ Hit closest_hit() {
 }
 
 /// Before the first hit the ray's tfar.
-float closest_t() { return uintBitsToFloat(answer.x); }
+float closest_t() { return min(uintBitsToFloat(answer.x), open_limit); }
 
 int last_key() { return floatBitsToInt(last_depth(closest_t())); }
 
@@ -164,36 +167,40 @@ uint meet_children(uint node) {
     return 6u;
 }
 
-/// The rule's fast path, for a triangle that is surely_inside and whose z have one sign.
-bool fast_hit(vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
-    vec3 pa = project_fast(sheared, a);
-    vec3 pb = project_fast(sheared, b);
-    vec3 pc = project_fast(sheared, c);
-    weighted_hit(sheared, fast_edges(pa, pb, pc), pa.z, pb.z, pc.z, hit);
-    return is_in_range(hit.t, ray.tnear, closest_t()) && finite_vertices(a, b, c);
-}
-
+/// The rule's fast path, or a triangle that stays open.
 void test_triangle(uint leaf, uint i) {
     vec3 a, b, c;
     leaf_triangle(leaf, i, a, b, c);
-    Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
-                         project_fast(sheared, c));
-    if (!may_be_inside(e)) return;
+    vec3 pa = project_fast(sheared, a);
+    vec3 pb = project_fast(sheared, b);
+    vec3 pc = project_fast(sheared, c);
+    Edges e = fast_edges(pa, pb, pc);
+    if (!may_be_inside(e) || !finite_vertices(a, b, c)) return;
     // The slack of shear_ray(), computed again so that it is in no register between.
     precise float depth_slack = 0.25f * boxes.depth_margin;
     ShearedRay with_slack = ShearedRay(sheared.org, sheared.dir, sheared.axis, depth_slack);
     // Triangles that reach behind the origin are not sure: there the fast path may not hold.
     bool is_sure = surely_inside(with_slack, e) && e.depth_range < e.depth_size;
     TriangleHit hit;
-    bool is_hit = is_sure && fast_hit(a, b, c, hit);
-    if (!is_sure || is_rough(hit))
-        is_hit = intersect_triangle(sheared, ray.tnear, closest_t(), a, b, c, hit);
-    if (!is_hit) return;
-    uint prim_id = leaf_prim(leaf, i);
-    if (is_closer(hit.t, prim_id, closest_t(), answer.w)) {
-        answer = uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v),
-                       prim_id);
+    weighted_hit(sheared, e, pa.z, pb.z, pc.z, hit);
+    if (is_sure && !is_rough(hit)) {
+        if (is_in_range(hit.t, ray.tnear, closest_t()))
+            take_if_closer(hit, leaf_prim(leaf, i), answer);
+        return;
     }
+    precise float least = hit.t - hit.error;
+    precise float most = hit.t + hit.error;
+    if (is_sure) {
+        if (!may_be_in_range(hit, ray.tnear, closest_t())) return;
+        bool is_hit = least > 0.0f && least >= ray.tnear && most <= ray.tfar;
+        if (is_hit) open_limit = min(open_limit, most);
+        if (is_hit && any_hit) {
+            answer.w = leaf_prim(leaf, i);
+            return;
+        }
+    }
+    if (open_count < kMostOpen) open_triangles[open_count] = leaf * kLeafTriangles + i;
+    open_count += 1u;
 }
 
 uint test_triangles(uint leaf, uint count) {
@@ -209,21 +216,36 @@ uint test_triangles(uint leaf, uint count) {
     while (left != 0u) {
         uint i = uint(findLSB(left));
         left &= left - 1u;
+#ifdef RESUMES
+        decide_triangle(sheared, ray.tnear, leaf, i, answer);
+#else
         test_triangle(leaf, i);
+#endif
     }
-    if (any_hit && has_hit()) stack_size = 0u;
+    if (any_hit && has_hit()) {
+        stack_size = 0u;
+    } else if (open_count > kMostOpen) {
+        // The ray ends within the leaf, so that it does not count as finished.
+        triangle = 1u;
+        return kSteps;
+    }
     return steps;
 }
 
-/// Reports, and leaves a ray that is not finished to `resume`. The order of the list depends on the
-/// schedule; the answers do not.
+/// Reports, and leaves a ray that is not finished to `resume`, and one with open triangles to
+/// `decide`. The order of the lists depends on the schedule; the answers do not.
 void end_ray(uint answer_index) {
     report();
-    if (finished()) return;
-    uint i = atomicAdd(work.header.suspended_count, 1u);
+    bool is_open = finished() && open_count > 0u && !(any_hit && has_hit());
+    if (finished() && !is_open) return;
+    uint i = is_open ? open_record(atomicAdd(work.header.open_count, 1u))
+                     : atomicAdd(work.header.suspended_count, 1u);
     // From the rotated ray, which is in registers anyway.
     uint back = sheared.axis == 2u ? 2u : 1u - sheared.axis;
     work.suspended[i].ray = Ray(rotate_axes(sheared.org, back), ray.tnear,
                                 rotate_axes(sheared.dir, back), ray.tfar);
     work.suspended[i].answer_index = answer_index;
+    if (!is_open) return;
+    for (uint k = 0u; k < kMostOpen; ++k)
+        work.suspended[i].open[k] = k < open_count ? open_triangles[k] : kNoOpen;
 }

@@ -341,7 +341,7 @@ TEST(PassSize, ShrinksToSmallStorageBuffers) {
     EXPECT_EQ(gpu::pass_size(device, {}).tiles, 4096u);
     device.limits.maxStorageBufferRange = 1u << 20;
     const gpu::PassSize small = gpu::pass_size(device, {});
-    EXPECT_EQ(small.tiles, ((1u << 20) - 16) / (64 * sizeof(Suspended)));
+    EXPECT_EQ(small.tiles, ((1u << 20) - sizeof(WorkHeader)) / (64 * sizeof(Suspended)));
     EXPECT_LE(small.resume_slots * 4 * kStateUints, 1u << 20);
     EXPECT_EQ(small.resume_slots % 64, 0u);
 }

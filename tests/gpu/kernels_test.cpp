@@ -47,26 +47,26 @@ TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {
     EXPECT_EQ(device.compiled, 0u);
     for (int i = 0; i < 2; ++i) {
         device.trace_image(kRaysPrimary);
-        EXPECT_EQ(device.compiled, 4u) << "leaves, nodes, camera rays, shading";
+        EXPECT_EQ(device.compiled, 5u) << "leaves, nodes, camera rays, open triangles, shading";
     }
     for (const std::uint32_t rays : {kRaysShadow, kRaysAo}) {
         device.trace_image(rays);
-        EXPECT_EQ(device.compiled, 6u) << "and visible pixels, occlusion";
+        EXPECT_EQ(device.compiled, 7u) << "and visible pixels, occlusion";
     }
     MovingScene moving(device.backend, device.scene, built_tree(device.scene));
     for (const float time : {1.0f, 2.0f}) {
         moving.refit(swayed(device.scene, time));
-        EXPECT_EQ(device.compiled, 6u);
+        EXPECT_EQ(device.compiled, 7u);
     }
     device.trace_rays();
     device.trace_image(kRaysShadow);
-    EXPECT_EQ(device.compiled, 7u) << "and rays";
+    EXPECT_EQ(device.compiled, 8u) << "and rays";
 }
 
 TEST(Kernels, ThatContinueRaysAreCompiledForRaysThatNeedThem) {
     CountedDevice device(20);
     device.trace_rays();
-    EXPECT_EQ(device.compiled, 4u) << "leaves, nodes, rays, and those that continue";
+    EXPECT_EQ(device.compiled, 5u) << "leaves, nodes, rays, open triangles, and rays that continue";
 }
 
 TEST(Kernels, ThatFailToCompileAreCompiledByTheNextCall) {
@@ -77,7 +77,7 @@ TEST(Kernels, ThatFailToCompileAreCompiledByTheNextCall) {
     }();
     // Each kernel, and the submission that dispatches it for the first time.
     for (const char* const call : {"vkCreateComputePipelines", "vkQueueSubmit"}) {
-        for (std::size_t k = 0; k < 6; ++k) {
+        for (std::size_t k = 0; k < 7; ++k) {
             SCOPED_TRACE(testing::Message() << call << " " << k);
             CountedDevice device;
             Faults& faults = device.faults;
@@ -116,7 +116,7 @@ TEST(SharedDevice, ServesManyScenesThatCostTheirBuffersOnly) {
     }
     EXPECT_EQ(calls["vkCreateInstance"], 1);
     EXPECT_EQ(calls["vkCreateDevice"], 1);
-    EXPECT_EQ(calls["vkCreateComputePipelines"], 6);
+    EXPECT_EQ(calls["vkCreateComputePipelines"], 7);
     EXPECT_LT(calls["vkAllocateMemory"], 20);
 }
 

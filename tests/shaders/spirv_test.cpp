@@ -68,7 +68,7 @@ bool is_exact(std::uint32_t opcode) {
         {48, 51},    // specialisation constants
         {54, 57},    // functions
         {59, 62},    // variables, loads, stores
-        {65, 66},    // access chains
+        {65, 68},    // access chains, lengths of arrays
         {71, 72},    // decorations
         {77, 83},    // vectors and composites
         {95, 99},    // texels
@@ -303,10 +303,12 @@ TEST(SharedLayout, RaysAndHitsAgree) {
               (Offsets{OFFSET(Hit, t), OFFSET(Hit, u), OFFSET(Hit, v), OFFSET(Hit, prim_id)}));
     EXPECT_EQ(in_kernel("Suspended"),
               (Offsets{OFFSET(Suspended, ray), OFFSET(Suspended, answer_index),
-                       OFFSET(Suspended, pad0), OFFSET(Suspended, pad1), OFFSET(Suspended, pad2)}));
+                       OFFSET(Suspended, open)}));
     EXPECT_EQ(in_kernel("WorkHeader"),
               (Offsets{OFFSET(WorkHeader, status), OFFSET(WorkHeader, suspended_count),
-                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, visible_count)}));
+                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, open_count),
+                       OFFSET(WorkHeader, visible_count), OFFSET(WorkHeader, pad0),
+                       OFFSET(WorkHeader, pad1), OFFSET(WorkHeader, pad2)}));
 }
 
 TEST(SharedLayout, ArgumentsAgree) {
