@@ -1,6 +1,6 @@
 // The traversal of rays and queries, one a lane: depth first, of a node's children the one with the least
-// key next. It can stop after any visit and go on later. A kernel defines kSteps, kStackRoom and the hooks
-// that are declared here, calls begin_traversal() and traverse(), and then report().
+// key next. It can stop after any visit and go on later. A kernel defines kSteps, kStackRoom, kStackSize
+// and the hooks that are declared here, calls begin_traversal() and traverse(), and then report().
 #include "shaders/tree.glsl"
 
 // The state of a traversal, which saved_state.glsl keeps.
@@ -12,7 +12,7 @@ uint current;
 uint triangle;
 /// Boxes to visit later, as (child, key). Keys are 0 or more: signed numbers are compared faster.
 uint stack_size;
-uvec2 stack[kStackRoom];
+uvec2 stack[kStackSize];
 
 /// The key of `current` while the children of a node are considered.
 int current_key;

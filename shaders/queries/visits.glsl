@@ -8,6 +8,7 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id);
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kQueryStepBudget;
 const uint kStackRoom = kMaxStack;
+const uint kStackSize = kStackRoom;
 layout(push_constant) uniform Arguments { QueryArguments args; };
 
 READ1(Repeated, repeated, kBindRepeated);

@@ -4,8 +4,11 @@
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 #ifdef RESUMES
 const uint kStackRoom = kMaxStack;
+const uint kStackSize = kStackRoom;
 #else
 const uint kStackRoom = kShortStack;
+// Open triangles lie behind the stack: a compiler would keep an array of their own in registers.
+const uint kStackSize = kStackRoom + kMostOpen;
 #endif
 
 READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
@@ -119,9 +122,6 @@ bool any_hit;
 // Triangles that the fast path leaves open, which `decide` decides; `resume` does it at once.
 /// Leaf and triangle of the first; a ray with more begins again in `resume`.
 uint open_count;
-uint open_triangles[kMostOpen];
-/// No hit that counts is farther, because of an open triangle that is hit.
-float open_limit;
 
 void begin_ray(Ray traced, bool is_any_hit) {
     ray = traced;
@@ -130,7 +130,6 @@ void begin_ray(Ray traced, bool is_any_hit) {
     any_hit = is_any_hit;
     answer = uvec4(floatBitsToUint(ray.tfar), 0u, 0u, kNoPrim);
     open_count = 0u;
-    open_limit = ray.tfar;
     begin_traversal();
 }
 
@@ -141,8 +140,8 @@ Hit closest_hit() {
     return hit_from(answer);
 }
 
-/// Before the first hit the ray's tfar.
-float closest_t() { return min(uintBitsToFloat(answer.x), open_limit); }
+/// No hit that counts is farther. Without an answer the ray's tfar, or where an open triangle is hit.
+float closest_t() { return uintBitsToFloat(answer.x); }
 
 int last_key() { return floatBitsToInt(last_depth(closest_t())); }
 
@@ -192,14 +191,13 @@ void test_triangle(uint leaf, uint i) {
     precise float most = hit.t + hit.error;
     if (is_sure) {
         if (!may_be_in_range(hit, ray.tnear, closest_t())) return;
-        bool is_hit = least > 0.0f && least >= ray.tnear && most <= ray.tfar;
-        if (is_hit) open_limit = min(open_limit, most);
-        if (is_hit && any_hit) {
-            answer.w = leaf_prim(leaf, i);
-            return;
+        // The triangle is hit, and before the answer: any hit has been found, or a closer one.
+        if (least > 0.0f && least >= ray.tnear && most < closest_t()) {
+            answer = uvec4(floatBitsToUint(most), 0u, 0u, any_hit ? 0u : kNoPrim);
+            if (any_hit) return;
         }
     }
-    if (open_count < kMostOpen) open_triangles[open_count] = leaf * kLeafTriangles + i;
+    stack[kStackRoom + min(open_count, kMostOpen - 1u)].x = leaf * kLeafTriangles + i;
     open_count += 1u;
 }
 
@@ -247,5 +245,5 @@ void end_ray(uint answer_index) {
     work.suspended[i].answer_index = answer_index;
     if (!is_open) return;
     for (uint k = 0u; k < kMostOpen; ++k)
-        work.suspended[i].open[k] = k < open_count ? open_triangles[k] : kNoOpen;
+        work.suspended[i].open[k] = k < open_count ? stack[kStackRoom + k].x : kNoOpen;
 }

@@ -60,7 +60,7 @@ TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {
     }
     device.trace_rays();
     device.trace_image(kRaysShadow);
-    EXPECT_EQ(device.compiled, 8u) << "and rays";
+    EXPECT_EQ(device.compiled, 9u) << "and rays, and those that continue, as at vertices";
 }
 
 TEST(Kernels, ThatContinueRaysAreCompiledForRaysThatNeedThem) {
