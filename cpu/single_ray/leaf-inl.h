@@ -478,8 +478,11 @@ HWY_NOINLINE inline FilteredHits filtered_occluders(const RayStream& stream, std
     const float tfar = stream.tfar[ray];
     FilteredHits hits =
         filtered_hits(stream, ray, tfar, sheared_ray(stream, ray), t, possible, hit);
-    if (none(hits.certain) && !none(hits.rough))
-        hits.certain = refined_in_slots(stream, ray, tfar, leaf, v, t.edges, hits.rough, hit);
+    // Certain hits may be of vertices that are not finite.
+    if (!none(hits.rough)) {
+        hits.certain =
+            hits.certain | refined_in_slots(stream, ray, tfar, leaf, v, t.edges, hits.rough, hit);
+    }
     return hits;
 }
 
