@@ -525,8 +525,10 @@ private:
             directions[k] = d[(axis + 1 + k) % 3] ^ sign;
             for (int i = 0; i < 3; ++i) corners[i][k] = candidates.corner[i][(axis + k) % 3] ^ sign;
         }
-        const Mask is_fast = fast.project(directions, slack, corners);
-        return is_fast & mask_of(one_axis && one_sign ? ~0u : 0u);
+        const Mask is_one = mask_of(one_axis && one_sign ? ~0u : 0u);
+        const Mask is_fast = fast.project(directions, slack, corners) & is_one;
+        fast.is_certain = fast.is_certain & is_one;
+        return is_fast;
     }
 
     /// Writes the hits for which the rule takes its fast path. The others become fallback rays,
@@ -545,8 +547,8 @@ private:
             Mask is_smooth, is_rough;
             fast.find_rough(hit.t, is_smooth, is_rough);
             const Mask ahead = rays.is_fast & fast.is_hit_ahead(splat(slack_));
-            finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(ahead & is_rough),
-                        hit);
+            is_rough = (ahead & is_rough) | fast.is_surely_rough(hit.t);
+            finish_rest(rays.first, rest & ~bits_of(ahead & is_smooth), bits_of(is_rough), hit);
         }
         write({zero_unless(has_candidate, hit.t), zero_unless(has_candidate, hit.u),
                zero_unless(has_candidate, hit.v), rays.prim_ids | no_prim},

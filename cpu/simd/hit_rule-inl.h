@@ -152,6 +152,8 @@ struct FastHits {
 
     /// The part of t that is the most error_by_edges of hits that are surely smooth.
     static constexpr float kSmoothByEdges = 0x1.7p-14f;
+    /// The least error of a hit, over its part of extent^2 / sum and the range of z.
+    static constexpr float kRoughByExtent = 0x1.7p-19f;
 
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
@@ -160,6 +162,9 @@ struct FastHits {
     FloatVec error_by_edges;
     /// z of the hit, by weigh().
     FloatVec mean;
+    /// The sum of |x| + |y| over the vertices, and where the exact functions have one sign.
+    FloatVec extent;
+    Mask is_certain;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
     /// Returns the rays for which the rule takes its fast path if the sign of their z is certain.
@@ -184,7 +189,8 @@ struct FastHits {
         const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
         error_by_edges = splat(6.0f) * bound * depth_range;
         // The exact functions have one sign, and so have these where they exceed their bound.
-        const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
+        is_certain = min3(size[0], size[1], size[2]) > bound;
+        extent = m;
         return is_flat & is_certain;
     }
 
@@ -215,6 +221,17 @@ struct FastHits {
         const FloatVec allowed = lanes::allowed_error(range, mean, t);
         is_smooth = error <= splat(1 - kErrorRounding) * allowed;
         is_rough = error > splat(1 + kErrorRounding) * allowed;
+    }
+
+    /// Which hits are rough for certain by whichever path the rule takes: by the least that
+    /// real_bound of large triangles can be.
+    HWY_INLINE Mask is_surely_rough(FloatVec t) const {
+        const FloatVec most_t =
+            mul_add(splat(0x1p-18f), depth_size(), abs(t) + error_by_edges) * sum();
+        const FloatVec least_error =
+            splat(kRoughByExtent) * extent * extent * (farthest() - nearest());
+        return is_certain & (extent > mul_add(splat(0x1p-10f), depth_size(), splat(0x1p-30f))) &
+               (least_error > splat((1 + kErrorRounding) * kRoughSlope) * most_t);
     }
 
     /// Returns the rays for which project() returned true and whose z is certainly positive: all z

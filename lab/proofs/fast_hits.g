@@ -53,3 +53,19 @@ up = 1 + @kRounding@;
 down = 1 - @kRounding@;
 error = (0x1.7p-14 * up + 1.5 * @kHitRounding@ * 2 * (1 + 2 * rho) * (up * up * up * up * up)) * up;
 { @kRoughSlope@ * (1 - 0x1p-10) * (down * down) - error >= 0 }
+
+## lemma: FastHits::is_surely_rough: the error by real_bound >= 2 c m^2, with the rule's m and sum
+# m is off by 6 r, where r = c (2 m + Z) + f with Z < 2^10 m and 2^-30 < m; the rule's sum is below twice
+# ours, as each function is beyond its bound; so scale is more than half of ours
+c = @kFastProjectionError@;
+rho = @kRcpUlp@ * 0x1p-23;
+down = 1 - @kRounding@;
+off = 6 * (c * (2 + 0x1p10) + @kFastProjectionFloor@ * 0x1p30) * (1 + 0x1p-20);
+extent = 1 - off;
+error = 6 * 2 * c * (extent * extent) * (1 - rho) / 2 * (down * down * down * down * down * down * down * down);
+{ error - 0x1.7p-19 * (1 + 0x1p-20) >= 0 }
+
+## lemma: FastHits::is_surely_rough: the means differ by error_by_edges and 2^-18 of the size at most
+# both are within 2 B range / S of that of the exact functions, where error_by_edges is 6 B range / S, but for
+# kWeightRounding of the range, which is at most 2 size, and kMeanRounding of the size each
+{ 0x1p-18 - 2.2 * (2 * @kWeightRounding@ + @kMeanRounding@) >= 0 }
