@@ -145,6 +145,7 @@ private:
     bool deterministic_;
     bool follows_ratio_;
     TriangleSample sample_;
+    /// A tree that has been built or read, until the tracer takes it.
     Bvh bvh_;
     TreeFit built_fit_;
     /// The areas of the tree in use, if the policy may restructure it.

@@ -125,9 +125,9 @@ private:
     HWY_INLINE FloatVec y(std::size_t l) const { return load(kGrid.y[block / kGridSide] + l); }
 };
 
-/// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
-/// of the blocks of eight rows, four of them at a time, and what the rays of any block add to them.
-/// The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
+/// The same values for a triangle that meets many blocks. Edge functions and 1/z are found in the
+/// middle of each block, four rows of blocks at a time. A ray adds to them by its place in the
+/// block. The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
 /// packet_slant.g).
 class RowPlanes {
 public:

@@ -39,7 +39,7 @@ struct PixelRange {
         return zero_unless(uint_mask(any()), up_to - below);
     }
 
-    /// How many columns (or rows) of blocks come after the first one.
+    /// The number of columns (or rows) of blocks, less one.
     HWY_INLINE UintVec more_blocks() const { return block(last) - block(first); }
 
     /// The first pixel, and the last one 8 bits above it, if there are any.

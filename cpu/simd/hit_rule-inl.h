@@ -150,15 +150,15 @@ struct FastHits {
     /// The part of its own size by which an error of t may differ from that of weighted_hit().
     static constexpr float kErrorRounding = 0x1p-10f;
 
-    /// The part of t that is the most error_by_edges of hits that are surely smooth.
+    /// Surely smooth hits have an error_by_edges of at most this times t.
     static constexpr float kSmoothByEdges = 0x1.7p-14f;
-    /// The least error of a hit, over its part of extent^2 / sum and the range of z.
+    /// The error of a hit is at least this times extent^2 / sum times the range of z.
     static constexpr float kRoughByExtent = 0x1.7p-19f;
 
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
     FloatVec size[3];
-    /// The error of t by the bound of the edge functions, times their sum; by weigh(), the error.
+    /// The error of t that the edge functions cause; before weigh() it is times their sum.
     FloatVec error_by_edges;
     /// z of the hit, by weigh().
     FloatVec mean;
@@ -207,8 +207,8 @@ struct FastHits {
         error_by_edges = error_by_edges * scale;
     }
 
-    /// Whether hits are surely smooth, and all vertices in front of the origin: of most triangles,
-    /// in few operations.
+    /// True only where the hit is smooth and all vertices are in front of the origin. Cheaper than
+    /// find_rough(), and true for most triangles.
     HWY_INLINE Mask is_surely_smooth(FloatVec t) const {
         return (farthest() - nearest() < splat(0.25f) * mean) &
                (error_by_edges <= splat(kSmoothByEdges) * t);
@@ -223,8 +223,8 @@ struct FastHits {
         is_rough = error > splat(1 + kErrorRounding) * allowed;
     }
 
-    /// Which hits are rough for certain by whichever path the rule takes: by the least that
-    /// real_bound of large triangles can be.
+    /// True only for hits of large triangles that are rough whichever path the rule takes:
+    /// real_bound grows with their extent.
     HWY_INLINE Mask is_surely_rough(FloatVec t) const {
         const FloatVec most_t =
             mul_add(splat(0x1p-18f), depth_size(), abs(t) + error_by_edges) * sum();

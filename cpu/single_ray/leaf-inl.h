@@ -265,6 +265,8 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
 // triangle that a secondary ray starts from. The fast path answers where it is certain, the exact
 // path for the other triangles.
 
+#if HWY_TARGET == HWY_SCALAR
+
 /// Whether the ray hits the triangle in this slot of the leaf by the rule, up to tfar; sets where.
 HWY_NOINLINE inline bool intersect_slot(const RayStream& stream, std::size_t ray, float tfar,
                                         const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
@@ -283,8 +285,6 @@ HWY_NOINLINE inline bool intersect_slot(const RayStream& stream, std::size_t ray
                ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
                : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
 }
-
-#if HWY_TARGET == HWY_SCALAR
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.

@@ -120,7 +120,7 @@ ShearedRay sheared;
 bool any_hit;
 
 // Triangles that the fast path leaves open, which `decide` decides; `resume` does it at once.
-/// Leaf and triangle of the first; a ray with more begins again in `resume`.
+/// Their number. kMostOpen are kept; a ray with more begins again in `resume`.
 uint open_count;
 
 void begin_ray(Ray traced, bool is_any_hit) {
