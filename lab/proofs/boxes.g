@@ -32,36 +32,32 @@
 #                one sign, so that z of the hit is at least the least |z| less roundings of weights (which
 #                add up to 1 - 1.5 e), terms and sums.
 #
-# step: kPadOfExtent 0.5
-# step: kPadOfPlane 0.5
-# step: kDilationOfOrigin 0.5
-# step: kDilationOfExtent 0.5
-# step: kSlabRounding 0.9999997
-# step: kDepthRounding 0.9999995
-# step: kDepthMargin 0.5
-# step: kProjection 4
-# step: kHugeReciprocal 1/4194304 (2^43 would do)
+# step 0.5: kPadOfExtent kPadOfPlane kDilationOfOrigin kDilationOfExtent kDepthMargin
+# step 0.9999997: kSlabRounding
+# step 0.9999995: kDepthRounding
+# step 4: kProjection
+# step 1/4194304: kHugeReciprocal
+# kHugeReciprocal: 2^43 would do
 
 ## lemma: displacement: 3.001 e extent, and 2^-42 E
 # mean |error| <= kProjection X / 2 + a, where the compensated range X <= (2 d.z extent + 2 a) / (1 - 2 kProjection)
-r = 2 * (1 + @kRounding@);
+r = 2 * up;
 a = @kProjectionOfRange@ * r + @kProjectionSnap@ / @kSceneExtent@;
 part = @kProjection@ / (1 - 2 * @kProjection@);
-{ 3.001 * @kRounding@ - part >= 0 /\ 0x1p-42 - a * (1 + part) >= 0 }
+{ 3.001 * e - part >= 0 /\ 0x1p-42 - a * (1 + part) >= 0 }
 
 ## lemma: a plane is stored at least 3.01 e extent outside: fl(v - pad) < v - pad + e (|v| + pad)
-down = (1 - @kRounding@) * (1 - @kRounding@) * (1 - @kRounding@);   # extent, sum, difference
-{ @kPadOfExtent@ * down - 3.01 * @kRounding@ >= 0 /\ @kPadOfPlane@ * down - @kRounding@ >= 0 }
+# extent, sum, difference
+{ @kPadOfExtent@ * down^3 - 3.01 * e >= 0 /\ @kPadOfPlane@ * down^3 - e >= 0 }
 
 ## lemma: D is more than the rounding of o + D, e (|o| + D), and 2^-42 E, by 2^-41 E; |o| <= 1
-down = 1 - @kRounding@;      # the sum of D; e D
-{ @kDilationOfOrigin@ * (down * down) - @kRounding@ + 0x1p-44 >= 0
-  /\ @kDilationOfExtent@ * (down * down) - 0x1p-42 - 0x1p-41 - 0x1p-44 >= 0 }
+# the sum of D; e D
+{ @kDilationOfOrigin@ * down^2 - e + 0x1p-44 >= 0
+  /\ @kDilationOfExtent@ * down^2 - 0x1p-42 - 0x1p-41 - 0x1p-44 >= 0 }
 
 ## lemma: slab_reciprocal: y = (1 + p) / x, residual -p, its step and two roundings
-rho = @kRcpUlp@ * 0x1p-23;
-p = r * rho;
-{ |r| <= 1 /\ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
+p = r * rcp_error;
+{ |r| <= 1 /\ rounded(e1, e2, e3)
   -> |((1 - p * p - p * (1 + p) * (e1 + e2 + e1 * e2)) * (1 + e3) - 1) / @kSlabReciprocal@| <= 1 }
 
 ## identity: this is its product with x
@@ -69,35 +65,33 @@ p = r * rho;
 
 ## lemma: difference, reciprocal and product: 3.01 e
 f = (1 + e2) * (1 + r) * (1 + e3);
-{ |r| <= @kSlabReciprocal@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
-  -> |(f - 1) / 0x3.01p-24| <= 1 }
+{ |r| <= @kSlabReciprocal@ /\ rounded(e2, e3) -> |(f - 1) / 0x3.01p-24| <= 1 }
 
 ## lemma: the exit times kSlabRounding is not before the entry
-{ (1 - 0x3.01p-24) * @kSlabRounding@ * (1 - @kRounding@) - (1 + 0x3.01p-24) >= 0 }
+{ (1 - 0x3.01p-24) * @kSlabRounding@ * down - (1 + 0x3.01p-24) >= 0 }
 
 ## lemma: 2^-41 E times kHugeReciprocal is beyond every t of rays from there (2.01 E)
 { 0x1p-41 * @kHugeReciprocal@ * (1 - 0x4p-24) - 2.02 >= 0 }
 
 ## lemma: M / 32 covers the errors of projection, mean, t and a.z
-r = 2 * (1 + @kRounding@);
+r = 2 * up;
 projection = @kProjection@ * 2 * r + @kProjectionOfRange@ * r + @kProjectionSnap@ / @kSceneExtent@;
 mean = @kRangeOfDepths@ * 2 * r + @kSizeOfDepths@ * r;
 travel = @kTravel@ * r * (1 + 0x1p-19);
-difference = @kRounding@ * r;
+difference = e * r;
 { @kDepthMargin@ / 32 - (projection + mean + travel + difference) >= 0 }
 
 ## lemma: and where fast edge functions weigh, the M / 2 of depth.g comes on top: 9/16 M is enough
 { 1 / 32 + 1 / 2 <= 0.5625 }
 
 ## lemma: last_entry rounds t + M, and entry is late, by less than the rest of M, for t of hits
-{ 0.4375 * @kDepthMargin@ - (@kRounding@ * (2.01 + @kDepthMargin@) + 0x3.01p-24 * 2.01) >= 0 }
+{ 0.4375 * @kDepthMargin@ - (e * (2.01 + @kDepthMargin@) + 0x3.01p-24 * 2.01) >= 0 }
 
 ## lemma: entry - M rounds by no more, and last_depth is not before t
-{ 0.4375 * @kDepthMargin@ - (@kRounding@ * 2.02 + 0x3.01p-24 * 2.01) >= 0
-  /\ @kDepthRounding@ * (1 - @kRounding@) - 1 >= 0 }
+{ 0.4375 * @kDepthMargin@ - (e * 2.02 + 0x3.01p-24 * 2.01) >= 0
+  /\ @kDepthRounding@ * down - 1 >= 0 }
 
 ## lemma: on the main axis: a.z, the weights, a term and two sums, and t, against the entry
-e = @kRounding@;
-z = (1 - e) * (1 - 1.5 * e) * (1 - e) * (1 - e) * (1 - e);
+z = down * (1 - 1.5 * e) * down^3;
 t = z * (1 - @kTravel@);
-{ t * @kDepthRounding@ * (1 - e) - (1 + 0x3.01p-24) >= 0 }
+{ t * @kDepthRounding@ * down - (1 + 0x3.01p-24) >= 0 }

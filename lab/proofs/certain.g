@@ -14,53 +14,37 @@
 #                exact functions; deviations from a mean add up to at most 2 R <= 4 Z; bound / s <= 1 / c;
 #                s <= 3 M^2, so that M >= c r; e s covers what underflows
 #
-# step: kCertainBound 0.5
-# step: kCertainDepth 0.5
-# step: kBeyondBound 0.9
-# step: kBeyondDepth 0.9
+# step 0.5: kCertainBound kCertainDepth
+# step 0.9: kBeyondBound kBeyondDepth
 
-## lemma: n by three roundings of each term
+## lemma: n by three roundings of each term; s by two, from s and to s by one more, and the difference by
+# one that keeps its sign
 n = (1 + a) * (1 + b) * (1 + c) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ -> |n| <= 0x3.001p-24 }
-
-## lemma: s by two, from s and to s by one more, the difference by one that keeps its sign
-s = (1 + a) * (1 + b) * (1 + c) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ -> |s| <= 0x3.001p-24 }
+{ rounded(a, b, c) -> |n| <= 0x3.001p-24 }
 
 ## lemma: kCertainDepth, from: the test, the mean, the sign of z, t, the ends; and 2^-18 of t
-e = @kRounding@;
 by_depth = (3.001 + 3.1) * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
            + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
 ends = 3 * 2.002 * e;
 { @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
 
-## lemma: kCertainDepth, to, which is at most 4 X and little more
-e = @kRounding@;
+## lemma: kCertainDepth, to, which is at most 4 X and little more; kBeyondDepth: the test, the mean, t, the end
 by_depth = 3.001 * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
            + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
 ends = (4 + 0x1p-15) * (3.001 + 2.001) * e;
-{ @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
-
-## lemma: kBeyondDepth: the test, the mean, t, the end
-e = @kRounding@;
-by_depth = 3.001 * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
-           + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
-ends = (4 + 0x1p-15) * (3.001 + 2.001) * e;
-{ @kBeyondDepth@ - (2.001 * by_depth + ends + 0x1p-36) >= 0 }
+{ @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0
+  /\ @kBeyondDepth@ - (2.001 * by_depth + ends + 0x1p-36) >= 0 }
 
 ## lemma: kBeyondBound: the mean by 2 R, the rule's fast functions by 2 B R / S, B <= 1.27 bound
-e = @kRounding@;
 c = @kCertainBound@ * (1 - 16 * e);
 { 1.27 - (1 + 1 / 8) * (1 + 1 / 8) * (1 + 0x1p-10) >= 0
   /\ @kBeyondBound@ * (1 - 16 * e) - (2 + 2 * 1.27 * (1 + 16 * e) / (1 - (3 + 3 * 1.27) / c)) >= 0 }
 
 ## lemma: kCertainBound: the mean by 4; the rule's fast functions and the sign of z by 2 B range / S each
-e = @kRounding@;
 c = @kCertainBound@ * (1 - 16 * e);
 { c - (4 + 2 * 8 * (1 + 16 * e) / (1 - 9 / c)) >= 0 }
 
 ## lemma: functions of slopes: six coordinates by 2 (8 e (x + Z) + 5 e x), at most an eighth of 3 M
-e = @kRounding@;
 r = @kFastProjectionError@;
 c = @kCertainBound@ * (1 - 16 * e);
 { 1 / 8 - (6 * 2 * 8 * e / (3 * c * r) + 6 * 2 * 13 * e / 3) * (1 + 0x1p-10) >= 0

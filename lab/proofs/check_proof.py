@@ -5,7 +5,9 @@ FACTOR times as large. FACTOR is a number or a fraction such as 16/17.
 
 A file is comments (the table of inputs, operations and bound) and lemmas, each opened by a line
 "## lemma: what it says" and in Gappa's language, or by "## identity: what it says" and a list of
-definitions and of polynomials that are 0. @kName@ stands for a constant.
+definitions and of polynomials that are 0. @kName@ stands for a constant. In every lemma e is 2^-24, up is
+1 + e, down is 1 - e, rcp_error is that of rcp, x^3 is x * x * x, and rounded(a, b) says that |a| and |b| are at
+most e.
 """
 import fractions
 import re
@@ -29,6 +31,14 @@ def lemma_of_identity(text):
     return "".join(definitions) + "{ " + goals + " }\n" + "".join(rules)
 
 
+def lemma_of(text):
+    """Gappa's own language has neither powers nor calls."""
+    text = re.sub(r"rounded\((.*?)\)",
+                  lambda call: " /\\ ".join(f"|{one}| <= @kRounding@" for one in call[1].split(", ")), text)
+    text = re.sub(r"\b(\w+)\^(\d)", lambda power: "(" + " * ".join([power[1]] * int(power[2])) + ")", text)
+    return "e = @kRounding@; up = 1 + e; down = 1 - e; rcp_error = @kRcpUlp@ * 0x1p-23;\n" + text
+
+
 def read_lemmas(path, constants):
     """The titles and texts of a file's lemmas. Gappa's own uses of @ (@FIX, @FLT) stay."""
     with open(path, encoding="utf-8") as file:
@@ -36,8 +46,8 @@ def read_lemmas(path, constants):
     lemmas = []
     for kind, title, text in zip(pieces[1::3], pieces[2::3], pieces[3::3]):
         text = re.sub("#.*", "", text)
-        text = re.sub("@(k[A-Za-z0-9]+)@", lambda name: constants[name[1]], text)
-        lemmas.append((title, lemma_of_identity(text) if kind == "identity" else text))
+        text = lemma_of_identity(text) if kind == "identity" else lemma_of(text)
+        lemmas.append((title, re.sub("@(k[A-Za-z0-9]+)@", lambda name: constants[name[1]], text)))
     if not lemmas:
         sys.exit(f"{path} has no line \"## lemma: ...\"")
     return lemmas

@@ -22,52 +22,44 @@
 #                as the rule's do. What underflows in L is less than 2^-80, since |w| is taken for
 #                2^-60 or more; kPointRounding leaves room for it.
 #
-# step: kNearestVertexRounding 0.9999
-# step: kNearestVertexErrorSquare 0.05
-# step: kRuleExcess 0.9
-# step: kRuleDefect 0.8
-# step: kPointRounding 0.8
-# step: kRivalRounding 0.999999
+# step 0.9999: kNearestVertexRounding
+# step 0.05: kNearestVertexErrorSquare
+# step 0.9: kRuleExcess
+# step 0.8: kRuleDefect kPointRounding
+# step 0.999999: kRivalRounding
 
 # From the nearer end, so s <= 1/2; 1 - s is exact for s >= 1/2.
 ## lemma: a place on an edge, p + d s: 4.0625 e R
-{ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
-  /\ |p| <= 1 /\ |d| <= 2 /\ s in [0, 0.5]
+{ rounded(e1, e2, e3) /\ |p| <= 1 /\ |d| <= 2 /\ s in [0, 0.5]
   -> |p * e3 + d * s * ((1 + e1) * (1 + e2) * (1 + e3) - 1)| <= 0x4.1p-24 }
 
 ## lemma: a place x on an edge by s from either end, fused or not: 5.0625 e R
-{ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
-  /\ |x| <= 1 /\ |d| <= 2 /\ s in [0, 1]
+{ rounded(e1, e2, e3) /\ |x| <= 1 /\ |d| <= 2 /\ s in [0, 1]
   -> |x * e3 + d * s * ((1 + e1) * (1 + e2) - 1) * (1 + e3)| <= 0x5.1p-24 }
 
 ## lemma: the weights of a place inside add up to 1 within 2.125 e: 1 - S rounded, S = q + r rounded
-{ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ S in [0, 0x1.00001p0]
-  -> |e2 * (1 - S) - e1 * S| <= 0x2.2p-24 }
+{ rounded(e1, e2) /\ S in [0, 0x1.00001p0] -> |e2 * (1 - S) - e1 * S| <= 0x2.2p-24 }
 
 ## lemma: their mean: product and two sums, 3.125 e
-{ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
-  -> |(1 + e1) * (1 + e2) * (1 + e3) - 1| <= 0x3.2p-24 }
+{ rounded(e1, e2, e3) -> |(1 + e1) * (1 + e2) * (1 + e3) - 1| <= 0x3.2p-24 }
 
 # So a component of a place is off by 4.0625 e for the rule's edge, by 5.0625 e for an edge of the bounds, by
 # 3.125 (1 + 2.125 e) + 2.125 (1 + 2.125 e) < 5.3 e inside, by e more for vertices, and by 2^-60.
 
 ## lemma: the distance of such a place, the rule's too, is below that of the triangle by at most 11 e R + 2^-59
-rule = 1.7321 * (5.3 + 1) * @kRounding@;
-{ 11 * @kRounding@ - rule >= 0 /\ 0x1p-59 - 1.7321 * 0x1p-60 >= 0 }
+rule = 1.7321 * (5.3 + 1) * e;
+{ 11 * e - rule >= 0 /\ 0x1p-59 - 1.7321 * 0x1p-60 >= 0 }
 
 # Coordinates, three products, the length of w, the quotient and the product by kRuleExcess.
 ## lemma: the lower bound along any w is above the distance by at most kRuleExcess R
-e = @kRounding@;
 { @kRuleExcess@ * (1 - 8 * e) - (1 + 3.125 + 1.5625 + 1 + 1 + 1) * 1.7321 * e >= 0 }
 
 # The nearest vertex: coordinates, 2.125 e a component; sums of products, 3.125 e.
 ## lemma: g, and its square with that of 2^-59 twice
-e = @kRounding@;
 g = ((2.125 + 3.125) * 1.7321 + 11) * e;
 { 20.2 * e - g * (1 + 64 * e) >= 0 }
 
 ## lemma: the limit is large enough
-e = @kRounding@;
 n = 0x1p-15;
 { @kNearestVertexRounding@ * (1 - 24 * e) - (1 + n) >= 0
   /\ @kNearestVertexErrorSquare@ * (1 - 24 * e) * n - 2 * 20.2 * e * 20.2 * e * (1 + n) >= 0
@@ -100,7 +92,6 @@ n = 0x1p-15;
 #    place is outside, or inside within e L of the border by the rounding of of_p. The way there from q
 #    meets the border, no farther away than the place, and step 3's delta leads to an edge's place.
 ## lemma: the rule's excess; a sum, a root and a product are rounded, a part of d <= 1/16
-e = @kRounding@;
 S = 1.7321;
 rho = 2 * @kRcpUlp@;
 delta = (10 + rho) * e * S;
@@ -116,14 +107,11 @@ root = (1.5625 + 3) * S / 16 * e;
   /\ @kRuleExcess@ * (1 - 1024 * e) - (border + weights + mean + vertices + root) >= 0 }
 
 ## lemma: the rule's defect, with the roundings of root, product and sums
-e = @kRounding@;
 { @kRuleDefect@ * (1 - 64 * e) - 11 * e - (1.5625 + 4) * 1.7321 * e >= 0 }
 
 ## lemma: the point's rounding moves two distances
-e = @kRounding@;
 { @kPointRounding@ * (1 - 8 * e) - 2 * 1.7321 * e >= 0 }
 
 # Boxes: 5 roundings, a square and a product.
 ## lemma: the square is large enough
-e = @kRounding@;
 { @kRivalRounding@ * (1 - 9 * e) - 1 >= 0 }

@@ -33,14 +33,10 @@
 #                Order: rcp(d.z) is one float for all triangles of a ray and rounding is monotone,
 #                so t never decreases (d.z > 0) or never increases (d.z < 0) with z.
 #
-# step: kRangeOfDepths 0.99
-# step: kSizeOfDepths 0.99
-# step: kTravel 0.99
-# step: kWeightRounding 0.5
-# step: kMeanRounding 0.5 (0.92 would do)
-# step: kDepthSlackOfMargin 1.1
-# step: kDifferenceOfProducts 1.1
-# step: kRcpUlp 1.1
+# step 0.99: kRangeOfDepths kSizeOfDepths kTravel
+# step 0.5: kWeightRounding kMeanRounding
+# step 1.1: kDepthSlackOfMargin kDifferenceOfProducts kRcpUlp
+# kMeanRounding: 0.92 would do
 
 ## identity: errors of functions move the mean by the sum of error_i (z_i - mean) / sum
 (ea + da) * za + (eb + db) * zb + (ec + dc) * zc - (ea + da + eb + db + ec + dc) * z
@@ -53,11 +49,9 @@
 
 # (1) + (2): b + c <= 1; two dropped weights are less than 2^-59 together
 ## lemma: both together are at most kRangeOfDepths range
-rho = @kRcpUlp@ * 0x1p-23;
 functions = @kDifferenceOfProducts@ / (1 - @kDifferenceOfProducts@) / 2;
-factor = (1 + w) * (1 + r * rho) / ((1 + s1) * (1 + s2));
-{ |r| <= 1 /\ |w| <= @kRounding@ /\ |s1| <= @kRounding@ /\ |s2| <= @kRounding@
-  -> |(factor - 1) / (@kRangeOfDepths@ - functions - 0x1p-59)| <= 1 }
+factor = (1 + w) * (1 + r * rcp_error) / ((1 + s1) * (1 + s2));
+{ |r| <= 1 /\ rounded(w, s1, s2) -> |(factor - 1) / (@kRangeOfDepths@ - functions - 0x1p-59)| <= 1 }
 
 ## lemma: where wa is not clamped, the weights add up to 1 within 1.5 e (x = wb + wc)
 sum = float<24,-149,ne>(x);
@@ -69,28 +63,22 @@ wa = float<24,-149,ne>(1 - sum);
 (wa - (1 - sum)) - (sum - x) - (wa + x - 1);
 
 ## lemma: that and three roundings of each term are at most kSizeOfDepths size
-up = 1 + @kRounding@;
-{ @kSizeOfDepths@ - ((up * up * up - 1) * (1 + 0x1.8p-24) + 0x1.8p-24) >= 0 }
+{ @kSizeOfDepths@ - ((up^3 - 1) * (1 + 0x1.8p-24) + 0x1.8p-24) >= 0 }
 
 ## lemma: where wa is clamped, so are the excess of wb + wc and two roundings
-up = 1 + @kRounding@;
-excess = up * (1 + @kRcpUlp@ * 0x1p-23) / (1 - @kRounding@) - 1;
-{ @kSizeOfDepths@ - ((up * up - 1) * (1 + excess) + excess) >= 0 }
+excess = up * (1 + rcp_error) / down - 1;
+{ @kSizeOfDepths@ - ((up^2 - 1) * (1 + excess) + excess) >= 0 }
 
 ## lemma: surely_inside: fl(bound range) <= fl(depth_slack sum), so that this is at most M / 2
-e = @kRounding@;
-allowed = (1 + e) * (1 + e) * (1 + e) * @kDepthSlackOfMargin@;    # of M times the sum
-error = (1 - e) * (1 - e);                                          # of bound times range
+allowed = up^3 * @kDepthSlackOfMargin@;    # of M times the sum
+error = down^2;                                          # of bound times range
 { 2 * (1 - @kSpareOfBound@) * (allowed / error) <= 0.5 }
 
 ## lemma: error as computed is beyond the bounds, the rounding of a.z included
-up = 1 + @kRounding@;
-down = 1 - @kRounding@;
-scale = (1 - @kRcpUlp@ * 0x1p-23) / (up * up);    # times the exact sum
-{ scale * (down * down * down * down * down) - (1 - @kSpareOfBound@) >= 0
-  /\ @kWeightRounding@ * (down * down * down * down) - @kRangeOfDepths@ >= 0
-  /\ @kMeanRounding@ * (down * down) - (@kSizeOfDepths@ + @kRounding@) >= 0 }
+scale = (1 - rcp_error) / up^2;    # times the exact sum
+{ scale * down^5 - (1 - @kSpareOfBound@) >= 0
+  /\ @kWeightRounding@ * down^4 - @kRangeOfDepths@ >= 0
+  /\ @kMeanRounding@ * down^2 - (@kSizeOfDepths@ + e) >= 0 }
 
 ## lemma: t is within kTravel of z / d.z
-rho = @kRcpUlp@ * 0x1p-23;
-{ |r| <= 1 /\ |e| <= @kRounding@ -> |((1 + r * rho) * (1 + e) - 1) / @kTravel@| <= 1 }
+{ |r| <= 1 /\ rounded(w) -> |((1 + r * rcp_error) * (1 + w) - 1) / @kTravel@| <= 1 }

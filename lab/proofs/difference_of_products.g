@@ -14,26 +14,26 @@
 #                most; then the result is at least 2^-23 + 2^-23.
 #                small_floats.cpp searches the result's error in small formats, where it is 2 u at most.
 #
-# step: kDifferenceOfProducts 0.5
+# step 0.5: kDifferenceOfProducts
 
 ## lemma: far
 major = float<24,-1000,ne>(left - right);
 minor = float<24,-1000,ne>(el - er);
 result = float<24,-1000,ne>(major + minor);
 exact = left - right + (el - er);
-{ left in [1, 2] /\ right in [-2, 1] /\ left - right in [0.5, 4] /\ |el| <= @kRounding@
-  /\ |er| <= @kRounding@ -> |result -/ exact| <= @kDifferenceOfProducts@ }
+{ left in [1, 2] /\ right in [-2, 1] /\ left - right in [0.5, 4] /\ rounded(el, er)
+  -> |result -/ exact| <= @kDifferenceOfProducts@ }
 
 ## lemma: near, in one binade: minor is exact, only the sum rounds
 minor = float<24,-1000,ne>(el - er);
-{ @FIX(el, -47) /\ @FIX(er, -47) /\ |el| <= @kRounding@ /\ |er| <= @kRounding@
-  -> minor - (el - er) in [0, 0] /\ @kRounding@ <= @kDifferenceOfProducts@ }
+{ @FIX(el, -47) /\ @FIX(er, -47) /\ rounded(el, er)
+  -> minor - (el - er) in [0, 0] /\ e <= @kDifferenceOfProducts@ }
 
 ## lemma: near, in two binades, left > 2
 minor = float<24,-1000,ne>(el - er);
 result = float<24,-1000,ne>(left - right + minor);
 exact = left - right + (el - er);
-{ left in [0x1.000002p1, 4] /\ right in [1, 0x1.fffffep0] /\ |el| <= 0x1p-23 /\ |er| <= @kRounding@
+{ left in [0x1.000002p1, 4] /\ right in [1, 0x1.fffffep0] /\ |el| <= 0x1p-23 /\ rounded(er)
   -> |result -/ exact| <= @kDifferenceOfProducts@ }
 
 ## lemma: near, in two binades, left = 2 and |el - er| <= 2^-23
@@ -47,5 +47,5 @@ exact = 2 - right + (el - er);
 minor = float<24,-1000,ne>(el - er);
 result = float<24,-1000,ne>(2 - right + minor);
 exact = 2 - right + (el - er);
-{ right in [1, 0x1.fffffep0] /\ el in [0x1p-24, 0x1p-23] /\ |er| <= @kRounding@
-  /\ exact >= 0x1p-23 -> |result -/ exact| <= @kDifferenceOfProducts@ }
+{ right in [1, 0x1.fffffep0] /\ el in [0x1p-24, 0x1p-23] /\ rounded(er) /\ exact >= 0x1p-23
+  -> |result -/ exact| <= @kDifferenceOfProducts@ }

@@ -18,10 +18,10 @@
 #                |y|. All operations of bound are on numbers that are not negative, so that each
 #                result grows with its operands.
 #
-# step: kFastProjectionError 16/17
-# step: kFastProjectionFloor 0.25 (a half would do, for products that underflow: last lemma)
-# step: kProjection 2
-# step: kSpareOfBound 2
+# step 16/17: kFastProjectionError
+# step 0.25: kFastProjectionFloor
+# step 2: kProjection kSpareOfBound
+# kFastProjectionFloor: a half would do, for products that underflow: last lemma
 
 ## identity: x - compensated = p - x k, where compensated = exact (1 + q) + g as project.g has it
 x0 = ax * dz * (1 + e2);
@@ -36,12 +36,11 @@ X - ((X * (1 + f) - H) * (1 + q) + g) - ((1 + q) * H - g - X * (f + q + f * q));
 ## lemma: for R = 1, |k| <= 4 e (1 + 2^-10) and |p| <= 8 e (1 + 2^-17), the snap apart
 h = ax * dz * (e2 - e1) - dx * az * (e4 - e3);
 { dz in [1, 2] /\ |dx| <= 2 /\ |ax| <= 1 /\ |az| <= 1 /\ |q| <= @kProjection@
-  /\ |g| <= @kProjectionOfRange@ /\ |f| <= @kRounding@
-  /\ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@ /\ |e4| <= @kRounding@
-  -> |f + q + f * q| <= 0x1.004p-22 /\ |(1 + q) * h - g| <= 0x1.0001p-21 }
+  /\ |g| <= @kProjectionOfRange@ /\ rounded(f, e1, e2, e3, e4) -> |f + q + f * q| <= 0x1.004p-22
+  /\ |(1 + q) * h - g| <= 0x1.0001p-21 }
 
 ## lemma: R <= (1 + 2^-20) (X + Z), from R (1 - e) <= (1 + e) X + 8 e R + (1 + e) Z
-{ (1 + @kRounding@) / (1 - 9 * @kRounding@) <= 0x1.00001p0 }
+{ up / (1 - 9 * e) <= 0x1.00001p0 }
 
 ## lemma: so delta <= 8 e (1 + 2^-9) Z + 12 e (1 + 2^-9) m + kProjectionSnap, of each x and y
 { 0x1.00001p0 * 0x1.0001p-21 <= 0x1.008p-21
@@ -52,15 +51,13 @@ h = ax * dz * (e2 - e1) - dx * az * (e4 - e3);
    - (bx * d2 + d1 * cy - by * d4 - d3 * cx + (d1 * d2 - d3 * d4));
 
 ## lemma: the three roundings of a function: a product times at most 2 e (1 + 2^-20)
-{ |e1| <= @kRounding@ /\ |e3| <= @kRounding@ -> |(1 + e1) * (1 + e3) - 1| <= 0x1.00001p-23 }
+{ rounded(e1, e3) -> |(1 + e1) * (1 + e3) - 1| <= 0x1.00001p-23 }
 
 ## identity: the products add up to at most (m / 2)^2: b's |x| + |y| times c's, which add up to m
 (b + c) * (b + c) - 4 * b * c - (b - c) * (b - c);
 
 ## lemma: m, then r, then bound as computed: at least 1 - 2^-20 times their values in real numbers
-low = 1 - @kRounding@;
-{ low * low * low * (low * low * low) * low * (low * low * low * (low * low * low)) * low
-  - (1 - 0x1p-20) >= 0 }
+{ down^7 * down^7 - (1 - 0x1p-20) >= 0 }
 
 ## lemma: (1 - spare) (1 - 2^-20) r (m + 2 r) has no coefficient below that of the error's bound
 c = @kFastProjectionError@;

@@ -22,10 +22,8 @@
 #                of all is less than m^2. The functions weigh in the operations of weighted_hit.
 
 ## lemma: FastHits: roundings up of bound, roundings down of their bound, 2^-18 on r
-up = 1 + @kRounding@;
-down = 1 - @kRounding@;
-rule = up * up * up * (up * up * up * up) * up;
-ours = (1 + 0x1p-18) * (down * down * down) * (down * down * down * down) * down;
+rule = up^8;
+ours = (1 + 0x1p-18) * down^8;
 { ours - rule >= 0 }
 
 ## lemma: the margin's constants are floats
@@ -34,35 +32,27 @@ f = @kFastProjectionFloor@ * (1 + 0x1p-18);
 { float<24,-149,ne>(c) - c in [0, 0] /\ float<24,-149,ne>(f) - f in [0, 0] }
 
 ## lemma: nearest > 2^-20 farthest > 0: the range as rounded is less than the size
-{ (1 - 0x1p-20) * (1 + @kRounding@) <= 0x0.ffffffp0 }
+{ (1 - 0x1p-20) * up <= 0x0.ffffffp0 }
 
 ## lemma: FastHits::is_hit_ahead: its error is at least that of weighted_hit
-rho = @kRcpUlp@ * 0x1p-23;
-up = 1 + @kRounding@;
-down = 1 - @kRounding@;
 flat = up / down;
-slack = flat * (1 + rho) * (up * up * up * up);    # of 2 slack
-size = 2 * @kWeightRounding@ * (up * up * up) + @kMeanRounding@ * (up * up);
-margin = (1 + 0x1p-18) * (down * down * down);
+slack = flat * (1 + rcp_error) * up^4;    # of 2 slack
+size = 2 * @kWeightRounding@ * up^3 + @kMeanRounding@ * up^2;
+margin = (1 + 0x1p-18) * down^3;
 { margin - slack >= 0 /\ (2 * @kWeightRounding@ + @kMeanRounding@) * margin - size >= 0 }
 
 ## lemma: FastHits::is_surely_smooth: error_by_edges and 1.5 kHitRounding z are less than is allowed
 # range < z / 4, so that size < 1.25 z and is_rough asks kRoughSlope; z < 2 t, as dz < 2
-rho = @kRcpUlp@ * 0x1p-23;
-up = 1 + @kRounding@;
-down = 1 - @kRounding@;
-error = (0x1.7p-14 * up + 1.5 * @kHitRounding@ * 2 * (1 + 2 * rho) * (up * up * up * up * up)) * up;
-{ @kRoughSlope@ * (1 - 0x1p-10) * (down * down) - error >= 0 }
+error = (0x1.7p-14 * up + 1.5 * @kHitRounding@ * 2 * (1 + 2 * rcp_error) * up^5) * up;
+{ @kRoughSlope@ * (1 - 0x1p-10) * down^2 - error >= 0 }
 
 ## lemma: FastHits::is_surely_rough: the error by real_bound >= 2 c m^2, with the rule's m and sum
 # m is off by 6 r, where r = c (2 m + Z) + f with Z < 2^10 m and 2^-30 < m; the rule's sum is below twice
 # ours, as each function is beyond its bound; so scale is more than half of ours
 c = @kFastProjectionError@;
-rho = @kRcpUlp@ * 0x1p-23;
-down = 1 - @kRounding@;
 off = 6 * (c * (2 + 0x1p10) + @kFastProjectionFloor@ * 0x1p30) * (1 + 0x1p-20);
 extent = 1 - off;
-error = 6 * 2 * c * (extent * extent) * (1 - rho) / 2 * (down * down * down * down * down * down * down * down);
+error = 6 * 2 * c * (extent * extent) * (1 - rcp_error) / 2 * down^8;
 { error - 0x1.7p-19 * (1 + 0x1p-20) >= 0 }
 
 ## lemma: FastHits::is_surely_rough: the means differ by error_by_edges and 2^-18 of the size at most

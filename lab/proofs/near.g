@@ -12,44 +12,32 @@
 #                numbers that are not negative, so that their roundings multiply.
 #                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
 #
-# step: kBehindError 0.5
-# step: kDepthlessBound 0.99999
-# step: kUnfusedDilation 0.5
-# step: kFusedSlabRounding 0.9999998
-# step: kRcpUlp 2
+# step 0.5: kBehindError kUnfusedDilation
+# step 0.99999: kDepthlessBound
+# step 0.9999998: kFusedSlabRounding
+# step 2: kRcpUlp
 
 ## lemma: node_lanes: the dilation covers the roundings of k and of products by o, 2^-42 E, and 2^-41 E
-e = @kRounding@;
-up = 1 + 4 * e;
-down = (1 - e) * (1 - e) * (1 - e) * (1 - e);      # product, sum, product with |r|, k
-{ @kDilationOfOrigin@ * down - e * up + 0x1p-43 >= 0      # times |o| <= 1
-  /\ @kUnfusedDilation@ * down - 3 * e * up + 0x1p-43 >= 0
-  /\ @kDilationOfExtent@ * down - 0x3p-42 - 0x1p-43 >= 0 }
+once = 1 + 4 * e;
+stored = down^4;      # product, sum, product with |r|, k
+{ @kDilationOfOrigin@ * stored - e * once + 0x1p-43 >= 0      # times |o| <= 1
+  /\ @kUnfusedDilation@ * stored - 3 * e * once + 0x1p-43 >= 0
+  /\ @kDilationOfExtent@ * stored - 0x3p-42 - 0x1p-43 >= 0 }
 
 ## lemma: node_lanes: 1/d, a product, the difference; r_far; entries are at most 3.01 e late
-e = @kRounding@;
-up = 1 + e;
-down = 1 - e;
-{ @kFusedSlabRounding@ * (down * down * down) - up * up >= 0
-  /\ @kSlabRounding@ * (down * down * down * down) - up * up * up >= 0
-  /\ 1 + 0x3.01p-24 - up * up * up >= 0 }
+{ @kFusedSlabRounding@ * down^3 - up^2 >= 0 /\ @kSlabRounding@ * down^4 - up^3 >= 0
+  /\ 1 + 0x3.01p-24 - up^3 >= 0 }
 
 ## lemma: project_by_slopes: both coordinates, reciprocal, slope and its product; the difference, `project`
-e = @kRounding@;
-slope = (1 + @kRcpUlp@ * 0x1p-23) * (1 + e) * (1 + e) - 1;
+slope = (1 + rcp_error) * up^2 - 1;
 { 8 * e - (2 * e + slope + @kProjectionOfRange@) * (1 + 2 * e) >= 0
   /\ 5 * e - (e + @kProjection@) * (1 + 2 * e) >= 0 }
 
 ## lemma: may_be_ahead: N by three roundings of each term; 4 bound of 3
-e = @kRounding@;
 { @kBehindError@ * (1 - 8 * e) - (3.001 * e + 0x1p-58) >= 0 /\ 4 * (1 - 8 * e) - 3 * (1 + 4 * e) >= 0 }
 
 ## lemma: depthless_bound: by m m, q m and q q; r and edge_bound round 8 times, this bound 8 times
-e = @kRounding@;
 c = @kFastProjectionError@;
 k = @kDepthlessBound@;
-up = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e);
-down = (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e);
-{ 2 * c * k * down - 2 * c * (1 + 4 * c) * up >= 0
-  /\ k * down - (1 + 8 * c) * up >= 0
-  /\ 2 * k * down - 2 * up >= 0 }
+{ 2 * c * k * down^8 - 2 * c * (1 + 4 * c) * up^8 >= 0
+  /\ k * down^8 - (1 + 8 * c) * up^8 >= 0 /\ 2 * k * down^8 - 2 * up^8 >= 0 }

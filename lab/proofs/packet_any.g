@@ -23,39 +23,33 @@
 #                fused operations a block's bounds may reach 55 where |X| <= 33 (twice ray_error): from
 #                the hit to a corner 88 of 134 gradient; products round, too.
 #
-# step: kMissBound 0.85
-# step: kBlockBound 0.5
-# step: kEdgeRounding 0.25
-# step: kMissGradient 0.5
-# step: kBlockGradient 0.5
-# step: kReciprocalRounding 0.57
+# step 0.85: kMissBound
+# step 0.5: kBlockBound kMissGradient kBlockGradient
+# step 0.25: kEdgeRounding
+# step 0.57: kReciprocalRounding
 
 ## lemma: most_c: of c and of bound, and in two sums after that
 # T's part of the bound is less than by kShearError too, which is not needed here.
-e = @kRounding@;
 once = 1 + 8 * e;
 spare = @kMissBound@ * (1 - 8 * e) - 1;
 { spare * @kEdgeRounding@ * (1 - 16 * e) - e * once >= 0
   /\ spare * @kEdgeRounding@ * @kShearRounding@ * (1 - 16 * e) - 2 * e * once >= 0 }
 
 ## lemma: blocks: four sums (S + 4 T), most_c, products with |x| + half_x <= R, the middle and the half
-e = @kRounding@;
 once = 1 + 16 * e;
-spare = @kMissBound@ * (1 - 16 * e) + @kBlockBound@ * (1 - e) - 1;
+spare = @kMissBound@ * (1 - 16 * e) + @kBlockBound@ * down - 1;
 s = 4 + 1;
 t = 4 * 4 + 2 + 2 + 2 * 2;
 { spare * @kEdgeRounding@ * (1 - 16 * e) - s * e * once >= 0
   /\ spare * (@kEdgeRounding@ * @kShearRounding@ + 2 * @kShearError@) * (1 - 16 * e) - t * e * once >= 0 }
 
 ## lemma: most_q: by R gradient, by the error itself, and by q (kReciprocalRounding has more than 1/z)
-e = @kRounding@;
 { @kMissGradient@ * (1 - 4 * e) - 33.5 * e >= 0 /\ 0x1p-18 - 6 * e >= 0
   /\ @kReciprocalRounding@ - 18.7 * e >= 0 }
 
 ## lemma: most_q for blocks: its own sum, four sums of up to nearest + 4 R gradient, the middle and the half,
 # four products and ends of 55. By q: kReciprocalRounding has 18.7 u for a ray; four sums and that of kBlockGradient
 # add 5 u, of the error, too (kLightErrorFactor).
-e = @kRounding@;
 once = 1 + 16 * e;
 { @kBlockGradient@ * (1 - 8 * e) - (5 * 4 * 33.5 + 2 * 33.5 + 2 * 55 + 4) * e * once >= 0
   /\ @kReciprocalRounding@ - (18.7 + 5.1) * e >= 0

@@ -20,9 +20,7 @@
 #                Orders of summation other than that of the CPU give no more. |u x v| <= |u|_1 |v|_oo.
 #                What the bound itself rounds has room in packet_vertices.g.
 #
-# step: kEdgeRounding 0.5
-# step: kShearRounding 0.5
-# step: kRayError 0.5
+# step 0.5: kEdgeRounding kShearRounding kRayError
 
 ## identity: errors d and e of both points make l x e + d x m + d x e of their cross product
 (lx + dx) * (my + ey) - (ly + dy) * (mx + ex) - (lx * my - ly * mx)
@@ -35,11 +33,9 @@ b_lateral = (1 + p) * (1 + s) * (1 + r2) * (1 + r3) * (1 + r4) * (1 + t) - 1;
 a_middle = (1 + p) * (1 + s) * ((1 + r1) - (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t);
 b_middle = (1 + p) * (1 + s) * ((1 + r2) - (1 + q1) * (1 + q2) * (1 + q4)) * (1 + r3) * (1 + r4) * (1 + t);
 constant = (1 + p) * (1 + s) * (1 + q2) * (1 + q4) * (1 + r3) * (1 + r4) * (1 + t) - 1;
-{ |p| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
-  /\ |q1| <= @kRounding@ /\ |q2| <= @kRounding@ /\ |q3| <= @kRounding@ /\ |q4| <= @kRounding@
-  /\ |r1| <= @kRounding@ /\ |r2| <= @kRounding@ /\ |r3| <= @kRounding@ /\ |r4| <= @kRounding@
-  -> |a_lateral| <= @kEdgeLateral@ /\ |b_lateral| <= @kEdgeLateral@
-  /\ |a_middle| <= @kEdgeMiddle@ /\ |b_middle| <= @kEdgeMiddle@ /\ |constant| <= @kEdgeConstant@ }
+{ rounded(p, s, t, q1, q2, q3, q4, r1, r2, r3, r4) -> |a_lateral| <= @kEdgeLateral@
+  /\ |b_lateral| <= @kEdgeLateral@ /\ |a_middle| <= @kEdgeMiddle@ /\ |b_middle| <= @kEdgeMiddle@
+  /\ |constant| <= @kEdgeConstant@ }
 
 ## identity: the same, written as a sum over X = m + X' for an A, and for a B
 (1 + p) * (1 + s) * ((m + l) * (1 + r1) - m * (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t) - l
@@ -51,7 +47,6 @@ constant = (1 + p) * (1 + s) * (1 + q2) * (1 + q4) * (1 + r3) * (1 + r4) * (1 + 
 
 ## lemma: kEdgeRounding: |X'| z <= reach - size, so 2 size |X'| z and size^2 are within size reach;
 # kShearRounding: the middle, and what ray_error <= R times slope rounds
-e = @kRounding@;
 left = 1 - 16 * e;
 { @kEdgeRounding@ * left - 2 * @kEdgeLateral@ >= 0 /\ @kEdgeRounding@ * left - @kEdgeConstant@ >= 0
   /\ @kEdgeRounding@ * @kShearRounding@ * left - (2 * @kEdgeMiddle@ + 4 * e * (1 + 2 * e)) >= 0 }
@@ -61,5 +56,4 @@ left = 1 - 16 * e;
   - ((y1 * z2 - z1 * y2) + (y2 * z0 - z2 * y0) + (y0 * z1 - z0 * y1));
 
 ## lemma: kRayError: slope's own rounding, and that of its product with ray_error
-e = @kRounding@;
 { @kRayError@ * (1 - 8 * e) - 1 >= 0 }

@@ -23,18 +23,14 @@
 #                row_size of place_error, second orders included. Without fused operations: u |origin z|
 #                over z, within 2^-19 row_size.
 #
-# step: kEndError 0.5
-# step: kStoredPlaceRounding 0.5
-# step: kHitDepthRounding 0.5
-# step: kHitDotRounding 0.5
+# step 0.5: kEndError kStoredPlaceRounding kHitDepthRounding kHitDotRounding
 
 ## identity: a camera's direction: products p, q and sums s, t
 ((c + a * (1 + p)) * (1 + s) + b * (1 + q)) * (1 + t) - (c + a + b)
   - (a * (p * (1 + s) * (1 + t)) + b * (q * (1 + t)) + (c + a) * (s * (1 + t)) + (c + a + b) * t);
 
 ## lemma: each of the four by less than 1.001 u
-{ |p| <= @kRounding@ /\ |q| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
-  -> |p * (1 + s) * (1 + t)| <= 0x1.004p-24 /\ |q * (1 + t)| <= 0x1.004p-24
+{ rounded(p, q, s, t) -> |p * (1 + s) * (1 + t)| <= 0x1.004p-24 /\ |q * (1 + t)| <= 0x1.004p-24
   /\ |s * (1 + t)| <= 0x1.004p-24 }
 
 ## lemma: the grid: 2^-46 of what is at least 1 on the largest axis
@@ -44,22 +40,20 @@
 (X + e0) - X * (1 + e2) - (e0 - X * e2);
 
 ## lemma: a light's ray: sqrt(2) sqrt(3), a difference, a product, a sum, 1 / z and a product
-five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ /\ |d| <= @kRounding@
-  /\ |e| <= @kRounding@ -> sqrt(2) * sqrt(3) <= 2.45 /\ |2.45 * five| <= 0x1p-20 }
+five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + w) - 1;
+{ rounded(a, b, c, d, w) -> sqrt(2) * sqrt(3) <= 2.45 /\ |2.45 * five| <= 0x1p-20 }
 
 ## lemma: kEndError: 1 / z, a division, and a product
 host = (1 + a) * (1 + b) * (1 + c) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ -> |host / @kEndError@| <= 1 }
+{ rounded(a, b, c) -> |host / @kEndError@| <= 1 }
 
 ## lemma: a stored ray: rows[0] d has three roundings in double and one of the difference, X (rows[2] d) five
 four = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;
-five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
-{ |a| <= 0x1p-53 /\ |b| <= 0x1p-53 /\ |c| <= 0x1p-53 /\ |d| <= 0x1p-53 /\ |e| <= 0x1p-53
+five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + w) - 1;
+{ |a| <= 0x1p-53 /\ |b| <= 0x1p-53 /\ |c| <= 0x1p-53 /\ |d| <= 0x1p-53 /\ |w| <= 0x1p-53
   -> |four / @kStoredPlaceRounding@| <= 1 /\ |five / @kStoredPlaceRounding@| <= 1 }
 
 ## lemma: z of a hit: a row, a product and three sums; 1 / (t z): a product and a quotient
-five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
+five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + w) - 1;
 two = (1 + a) * (1 + b) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ /\ |d| <= @kRounding@
-  /\ |e| <= @kRounding@ -> |five / @kHitDotRounding@| <= 1 /\ |two / @kHitDepthRounding@| <= 1 }
+{ rounded(a, b, c, d, w) -> |five / @kHitDotRounding@| <= 1 /\ |two / @kHitDepthRounding@| <= 1 }

@@ -29,44 +29,36 @@
 #                kProjection and kProjectionOfRange of twice its largest coordinate, and a snap of 2^-22 of
 #                it.
 #
-# step: kRectangleError 0.85
-# step: kQuotientError 0.5
-# step: kRectangleRounding 0.5
-# step: kBoxError 0.5
-# step: kWedgeMargin 0.001
-# step: kLeastWedgeSpan 0.1
-# step: kMostWedgeDepths 100
-# step: kNearestByDepth 0.99999
+# step 0.85: kRectangleError
+# step 0.5: kQuotientError kRectangleRounding kBoxError
+# step 0.001: kWedgeMargin
+# step 0.1: kLeastWedgeSpan
+# step 100: kMostWedgeDepths
+# step 0.99999: kNearestByDepth
 
 ## identity: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
 (X * (z + ez) - ex) - X * z - (X * ez - ex);
 
 ## lemma: the quotient, x itself, and two sums with the end
 c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;
-{ |x| <= @kVertexOfPlace@ /\ |m| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
-  /\ |d| <= @kRounding@ -> |c / @kQuotientError@| <= 1 }
+{ |x| <= @kVertexOfPlace@ /\ rounded(m, s, t, d) -> |c / @kQuotientError@| <= 1 }
 
 ## lemma: kRectangleError: 1 / z and the margin itself (of 2.5 ulp); kRectangleRounding: X z, the place
 # of a pixel added, and the margin's sum
-e = @kRounding@;
 { @kRectangleError@ * (1 - 16 * e) - 1 >= 0
   /\ @kRectangleRounding@ * (1 - 16 * e) - (33 * @kVertexOfPlace@ + 64 * e + 33 * e) >= 0 }
 
 ## lemma: small triangles: quotients and a pixel's place; quotient, difference, half an edge's rounding
-e = @kRounding@;
 { 2 * @kShearError@ * 33 * (1 - 16 * e) - (@kShearError@ * 33 + 2.01 * 66 * e + 64 * e) >= 0
   /\ 4 * @kLateralError@ * (1 - 16 * e) - (@kLateralError@ + 2.01 * e + e + 1.5 * e) >= 0 }
 
 ## lemma: boxes: difference, row, product, two sums and that with the error; displacement
-e = @kRounding@;
-five = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+five = up^6 - 1;
 off = five + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62;
 { @kBoxError@ * (1 - 4 * e) - off >= 0 }
 
 ## lemma: quotients of boxes: 1.00001 and 0.99999, division and two products
-e = @kRounding@;
-{ @kNearestByDepth@ * (1 - e) * (1 - e) * (1 - e) - 1 >= 0
-  /\ 1 - 0.99999 * (1 + e) * (1 + e) * (1 + e) >= 0 }
+{ @kNearestByDepth@ * down^3 - 1 >= 0 /\ 1 - 0.99999 * up^3 >= 0 }
 
 ## lemma: wedges: rows against axes; corners and axis_z in double
 v = 0x1p-53;
@@ -74,6 +66,5 @@ v = 0x1p-53;
   + (0x1p-27 * (2 * 2 / 33 + 0.5) + 10 * v) * @kMostWedgeDepths@ <= 0x1p-17 }
 
 ## lemma: wedges: difference, two products with sums; n as floats, twice by |d|; the limit's product
-e = @kRounding@;
-three = (1 + e) * (1 + e) * (1 + e) - 1;
-{ @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-17) >= 0 }
+three = up^3 - 1;
+{ @kWedgeMargin@ * (1 - 2 * e) - (three * up + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-17) >= 0 }

@@ -45,26 +45,19 @@
 #                by the nearest vertex less its errors, e and shift in z, or by this bound.
 #   used by      packet_any.g
 #
-# step: kSlantExtent 0.83
-# step: kSlantDistance 0.88
-# step: kVertexError 0.81
-# step: kLateralError 0.5
-# step: kShearError 0.5
-# step: kPlaneError 0.5
-# step: kFastDepthOfMargin 0.95
-# step: kFastProjectionError 0.95
-# step: kRayDepthError 0.97
-# step: kGradientRounding 0.5
-# step: kSteepError 0.7
-# step: kRuleDepthFactor 0.7
-# step: kRuleDepthError 0.6
-# step: kWeightRounding 0.7
-# step: kMeanRounding 1.5
-# step: kMostSlope 1.1
-# step: kFarDepth 2
-# step: kUnfusedDepth 0.5
-# step: kLeastSlantVolume 0.01
-# step: kReciprocalRounding 0.5
+# step 0.83: kSlantExtent
+# step 0.88: kSlantDistance
+# step 0.81: kVertexError
+# step 0.5: kLateralError kShearError kPlaneError kGradientRounding kUnfusedDepth
+# step 0.5: kReciprocalRounding
+# step 0.95: kFastDepthOfMargin kFastProjectionError
+# step 0.97: kRayDepthError
+# step 0.7: kSteepError kRuleDepthFactor kWeightRounding
+# step 0.6: kRuleDepthError
+# step 1.5: kMeanRounding
+# step 1.1: kMostSlope
+# step 2: kFarDepth
+# step 0.01: kLeastSlantVolume
 
 ## identity: project_relative_fast: x = ((v + a) (1 + p) dz (1 + q) - dx z (1 + r) (1 + s)) (1 + t), X = v dz - dx z
 (ax * (1 + p) * dz * (1 + q) - dx * az * (1 + r) * (1 + s)) * (1 + t) - (ax * dz - dx * az)
@@ -72,15 +65,13 @@
   + dx * az * (((1 + p) * (1 + q) - (1 + r) * (1 + s)) * (1 + t)));
 
 ## lemma: 3 u of X, 4 u of |dx az| <= |dz az|
-{ |p| <= @kRounding@ /\ |q| <= @kRounding@ /\ |r| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
-  -> |(1 + p) * (1 + q) * (1 + t) - 1| <= 0x3.001p-24
+{ rounded(p, q, r, s, t) -> |(1 + p) * (1 + q) * (1 + t) - 1| <= 0x3.001p-24
   /\ |((1 + p) * (1 + q) - (1 + r) * (1 + s)) * (1 + t)| <= 0x4.001p-24 }
 
 ## lemma: the exact path: kProjection is 3 u, too
 { 0x3.001p-24 - @kProjection@ >= 0 }
 
 ## lemma: kSlantDistance: 4 u (distance + extent) and kProjectionOfRange of it; kSlantExtent: that and 3 u of 2 extent
-e = @kRounding@;
 left = 1 - 32 * e;
 of_depth = 0x4.001p-24 + @kProjectionOfRange@;
 { @kSlantDistance@ * left - of_depth * (1 + 0x1p-20) >= 0
@@ -93,7 +84,6 @@ of_depth = 0x4.001p-24 + @kProjectionOfRange@;
   - ((a - b) * (a - b) + (b - c) * (b - c) + (c - a) * (c - a)) / 2;
 
 ## lemma: kFastDepthOfMargin: bound >= kFastProjectionError 2 m m in eight roundings, + 2^-97; underflow 3 * 2^-126
-e = @kRounding@;
 bound = 2 * @kFastProjectionError@ * (1 - 8 * e);            # of m^2
 rho = (1 + 4 * e) * e / 3;                                   # of m^2
 allowed = (1 + 4 * e) * @kDepthSlackOfMargin@;               # of M: bound times range by the sum
@@ -101,10 +91,9 @@ allowed = (1 + 4 * e) * @kDepthSlackOfMargin@;               # of M: bound times
   /\ @kFastProjectionFloor@ * @kFastProjectionFloor@ * @kFastDepthOfMargin@ - 0x9p-126 >= 0 }
 
 ## lemma: rho is less than the bound
-{ 2 * @kFastProjectionError@ * (1 - 0x1p-20) - @kRounding@ >= 0 }
+{ 2 * @kFastProjectionError@ * (1 - 0x1p-20) - e >= 0 }
 
 ## lemma: shift by extent, by distance: range <= 2 extent; size <= distance + extent
-e = @kRounding@;
 left = 1 - 16 * e;
 once = (1 + 0x1p-16);
 { @kWeightRounding@ * left - once * @kRangeOfDepths@ >= 0
@@ -112,14 +101,12 @@ once = (1 + 0x1p-16);
   /\ @kDepthError@ * left - once * @kVertexOfPlace@ >= 0 }
 
 ## lemma: kVertexError and kDistanceError: of the rows, as D has them, with 2 u of extent for differences of z
-e = @kRounding@;
 left = 1 - 32 * e;
 { @kVertexError@ * left - (@kVertexOfEdges@ + 2 * e) * (1 + 0x1p-10) >= 0
   /\ @kDistanceError@ * left - @kVertexOfRange@ * (1 + 0x1p-10) >= 0 }
 
 ## lemma: s + rho_det <= 1.6 slope / kSteepError: by size, by R z, by the rows and by N
 # of size: 2 u of x, u of moving to the middle, 2 u of differences; of R z: X z of both rows, moving, 4 u
-e = @kRounding@;
 r = 1.02;                                     # 1 + rho_det, for slope <= kMostSlope
 size = (@kVertexOfPlace@ + e + 2 * e) * r + 10.001 * e * r;
 shear = (2 * (@kVertexOfPlace@ + @kVertexOfPlace@ + e) + 4 * e) * r;
@@ -129,7 +116,7 @@ shear = (2 * (@kVertexOfPlace@ + @kVertexOfPlace@ + e) + 4 * e) * r;
 
 ## lemma: rho_det <= 0.02: 10 u size gradient, of which slope has kSteepError (kLateralError + kPlaneError)
 t = @kMostSlope@ / @kSteepError@;
-share = 10.001 * @kRounding@ / (@kLateralError@ + @kPlaneError@);
+share = 10.001 * e / (@kLateralError@ + @kPlaneError@);
 { share * t / (1 - share * t) <= 0.02 }
 
 ## lemma: 1 / (1 - 1.6 t - y) <= 1 + kSteepError t + kRuleDepthFactor y, y = q shift
@@ -145,7 +132,6 @@ f = @kRuleDepthFactor@ * (1 - 0x1p-20);
   - (t * (k - 1.6 - 1.6 * k * t) + y * (f - 1 - f * y - (k + 1.6 * f) * t));
 
 ## lemma: a certain hit is beyond the rule's error: q c2 < 1, range = r size, r <= 2, by size = 1
-e = @kRounding@;
 least = @kRuleDepthFactor@ * (1 - 1.6 * 0.015) * (1 - 0x1p-16);
 { r in [0, 2]
   -> least * (@kWeightRounding@ * r + @kRuleDepthError@) - (@kRangeOfDepths@ * r + @kSizeOfDepths@ + e)
@@ -172,30 +158,26 @@ y = g * (@kFarDepth@ / @kRuleDepthFactor@);
 of_x = (1 + na) * (1 + pa) * (1 + r1) - (1 + nc) * (1 + pc) * (1 + q2) * (1 + q4) * (1 + r3);
 of_m = (1 + nc) * (1 + pc) * (1 + q2) - (1 + na) * (1 + pa) * (1 + q3);
 off = (X * of_x + m * (of_m * ((1 + q4) * (1 + r3)))) * ((1 + r4) * (1 + t));
-{ |na| <= 0x1p-23 /\ |nc| <= 0x1p-23 /\ |pa| <= @kRounding@ /\ |pc| <= @kRounding@
-  /\ |r1| <= @kRounding@ /\ |r3| <= @kRounding@ /\ |r4| <= @kRounding@ /\ |q2| <= @kRounding@
-  /\ |q3| <= @kRounding@ /\ |q4| <= @kRounding@ /\ |t| <= @kRounding@ /\ |X| <= 33 /\ |m| <= 33
-  -> |1.4 * off / @kGradientRounding@| <= 1 }
+{ |na| <= 0x1p-23 /\ |nc| <= 0x1p-23 /\ rounded(pa, pc, r1, r3, r4, q2, q3, q4, t) /\ |X| <= 33
+  /\ |m| <= 33 -> |1.4 * off / @kGradientRounding@| <= 1 }
 
 ## lemma: kReciprocalRounding, that much: of q itself and det's terms
 whole = (1 + nc) * (1 + pc) * (1 + q2) * (1 + q4) * (1 + r3) * (1 + r4) * (1 + t) * (1 + d) - 1;
-{ |nc| <= 0x1p-23 /\ |pc| <= @kRounding@ /\ |r3| <= @kRounding@ /\ |r4| <= @kRounding@
-  /\ |q2| <= @kRounding@ /\ |q4| <= @kRounding@ /\ |t| <= @kRounding@ /\ |d| <= @kRounding@
-  -> |1.4 * (whole + 5.01 * @kRounding@) / @kReciprocalRounding@| <= 1 }
+{ |nc| <= 0x1p-23 /\ rounded(pc, r3, r4, q2, q4, t, d)
+  -> |1.4 * (whole + 5.01 * e) / @kReciprocalRounding@| <= 1 }
 
 ## lemma: without fused operations: 16 u and 24 u of products, that much
 # Of det (in slope), and of q (in c0).
 r = 1.02;
-{ 1.6 * @kUnfusedDepth@ / @kSteepError@ * (1 - 32 * @kRounding@) - 24.01 * @kRounding@ * r >= 0
-  /\ @kUnfusedDepth@ * (1 - 32 * @kRounding@) - @kRayDepthError@ * 24.01 * @kRounding@ >= 0 }
+{ 1.6 * @kUnfusedDepth@ / @kSteepError@ * (1 - 32 * e) - 24.01 * e * r >= 0
+  /\ @kUnfusedDepth@ * (1 - 32 * e) - @kRayDepthError@ * 24.01 * e >= 0 }
 
 ## lemma: kRestOfNormal 2^-6 of kShareOfDepth 2^-7 is more than c is off; and 6 u of `rows`
-e = @kRounding@;
 { 0x1p-13 * (1 - 16 * e) - @kGradientRounding@ * (1 + 0x1p-10) >= 0
   /\ (0x1p-6 - 0x1p-7) * (1 - 16 * e) - 8 * e >= 0 }
 
 ## lemma: denormals, kept or not: 3 * 2^-126 a component of n, of det by (1 + size + z); of q by 67 of that
 # over |det|, times z. q >= 0.97 / z_size at a hit. Left out of kReciprocalRounding: 0.1 u.
-{ 4 * 0x1p-126 / @kLeastSlantVolume@ * 2 - 0.1 * @kRounding@ <= 0
-  /\ 67 * 3 * 0x1p-126 / @kLeastSlantVolume@ / 0.97 - 0.1 * @kRounding@ <= 0
+{ 4 * 0x1p-126 / @kLeastSlantVolume@ * 2 - 0.1 * e <= 0
+  /\ 67 * 3 * 0x1p-126 / @kLeastSlantVolume@ / 0.97 - 0.1 * e <= 0
   /\ @kLeastSlantVolume@ - @kLeastVolume@ >= 0 }

@@ -19,12 +19,10 @@
 #                displaces it on two axes by kProjection times that (project.g). |x| is at most |x -
 #                middle z| + R |z|. Second orders of the errors themselves are left to the spare parts.
 #
-# step: kExtentError 0.75
-# step: kDistanceError 0.5
-# step: kGridError 0.49 (kProjectionSnap is doubled itself)
-# step: kLateralError 0.5
-# step: kShearError 0.5
-# step: kDepthError 0.5
+# step 0.75: kExtentError
+# step 0.5: kDistanceError kLateralError kShearError kDepthError
+# step 0.49: kGridError
+# kGridError: kProjectionSnap is doubled itself
 
 ## identity: x by edges and the first vertex: what is relative to x, and what to the edges
 # dE: error of the edges' sum, q: that of the first vertex, f: of the last sum
@@ -33,32 +31,28 @@
 
 ## lemma: their sizes: difference, row (1.5 on a device), product, two sums; the extent is rounded too
 c = (1 + d) * (1 + r) * (1 + p) * (1 + s) * (1 + t) - 1;
-{ |d| <= @kRounding@ /\ |r| <= 0x1.8p-24 /\ |p| <= @kRounding@ /\ |s| <= @kRounding@
-  /\ |t| <= @kRounding@ /\ |q| <= 0x1.0001p-24 /\ |f| <= @kRounding@ /\ |g| <= 0x1p-23
-  -> |f + q * (1 + f)| <= @kVertexOfPlace@
+{ rounded(d) /\ |r| <= 0x1.8p-24 /\ rounded(p, s, t) /\ |q| <= 0x1.0001p-24 /\ rounded(f)
+  /\ |g| <= 0x1p-23 -> |f + q * (1 + f)| <= @kVertexOfPlace@
   /\ |(c - q) * (1 + f) * (1 + g)| <= @kVertexOfEdges@ }
 
 ## lemma: with the displacement by four extents
-e = @kRounding@;
 off = @kVertexOfEdges@ + 4 * @kProjection@ * (1 + 0x1p-20) + @kProjectionOfRange@;
 { @kVertexOfExtent@ - off >= 0 /\ @kExtentError@ * (1 - 16 * e) - @kVertexOfExtent@ >= 0 }
 
 ## lemma: the first vertex from double: difference, row times it, sums; and the displacement
-e = 0x1p-53;
-double = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+v = 1 + 0x1p-53;
+double = v^5 - 1;
 { @kVertexOfRange@ - (double + @kProjectionOfRange@ * (1 + 0x1p-20)) >= 0 }
 
 ## lemma: the first vertex from accurate_dot, and the displacement, relative to a row times distance
 # In turn the sums of errors: of two and three products, with those of two sums, of the row (1.5 u)
 # and of the point; each of the six is rounded. Then what both dot3 round, and move_row twice.
-u = @kRounding@;
-once = 1 + 4 * u;
-six = (u + u + 2 * u + 3 * u + 4.5 * u + 5.5 * u) * once;
-others = (3 * 1.5 * u + 3 * u + 2.5 * u) * once;
-{ @kVertexOfRange@ - (u * (six + others) + @kProjectionOfRange@ * (1 + 0x1p-20)) >= 0 }
+once = 1 + 4 * e;
+six = (e + e + 2 * e + 3 * e + 4.5 * e + 5.5 * e) * once;
+others = (3 * 1.5 * e + 3 * e + 2.5 * e) * once;
+{ @kVertexOfRange@ - (e * (six + others) + @kProjectionOfRange@ * (1 + 0x1p-20)) >= 0 }
 
 ## lemma: kDistanceError, and kGridError
-e = @kRounding@;
 { @kDistanceError@ * (1 - 16 * e) - @kVertexOfRange@ >= 0
   /\ @kGridError@ * (1 - 16 * e) - @kProjectionSnap@ >= 0 }
 
@@ -67,7 +61,6 @@ e = @kRounding@;
 
 ## lemma: kLateralError: x itself, moving it, and what `size` rounds; kShearError: x, X z and moving
 # x, for both coordinates; kDepthError
-e = @kRounding@;
 moving = e * (1 + 4 * e);
 { @kLateralError@ * (1 - 16 * e) - (@kVertexOfPlace@ + moving) >= 0
   /\ @kShearError@ * (1 - 16 * e) - 2 * (@kVertexOfPlace@ + @kVertexOfPlace@ + moving) >= 0

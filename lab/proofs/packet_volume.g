@@ -19,12 +19,9 @@
 #                D_r tau + 3 extent, so s_z distance <= kappa z + 3 s_z extent with kappa = s_z D_r,
 #                for which 2^18 is allowed.
 #
-# step: kVolumeError 0.9
-# step: kVolumeRounding 0.5
-# step: kVolumeExtentError 0.5
-# step: kDepthError 0.5
-# step: kExtentError 0.75
-# step: kEitherSign 0.9
+# step 0.9: kVolumeError kEitherSign
+# step 0.5: kVolumeRounding kVolumeExtentError kDepthError
+# step 0.75: kExtentError
 
 ## identity: edge functions that are off times z, and z that are off times edge functions
 (e + d) * (z + c) - e * z - (d * (z + c) + e * c);
@@ -34,30 +31,21 @@
 2 * (l + error) - (2 * l + error) -> error;
 
 ## lemma: of L error z
-e = @kRounding@;
 { @kVolumeError@ * (1 - 16 * e) - 3 * 2 >= 0 }
 
 ## lemma: seven roundings
 c = (1 + a) * (1 + b) * (1 + p) * (1 + q) * (1 + r) * (1 + s) * (1 + t) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |p| <= @kRounding@ /\ |q| <= @kRounding@
-  /\ |r| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@ -> |c| <= 0x7.001p-24 }
+{ rounded(a, b, p, q, r, s, t) -> |c| <= 0x7.001p-24 }
 
-## lemma: of L^2 z, and of L^2 s_z extent
-e = @kRounding@;
+## lemma: of L^2 z, and of L^2 s_z extent; the error of z
 least = (1 + 0x1p-16) * e;                        # the rule's least depth
 far = @kVertexOfRange@;
 z = 12 * 0x7.001p-24 + 3 * (@kVertexOfPlace@ + least + far * 0x1p18);
 extent = 3 * (@kVertexOfExtent@ + 2 * least + 3 * far);
-{ @kVolumeRounding@ * (1 - 16 * e) - z >= 0 /\ @kVolumeExtentError@ * (1 - 16 * e) - extent >= 0 }
-
-## lemma: the error of z
-e = @kRounding@;
-least = (1 + 0x1p-16) * e;
-far = @kVertexOfRange@;
-{ @kDepthError@ * (1 - 16 * e) - (@kVertexOfPlace@ + least + far * 0x1p18) >= 0
+{ @kVolumeRounding@ * (1 - 16 * e) - z >= 0 /\ @kVolumeExtentError@ * (1 - 16 * e) - extent >= 0
+  /\ @kDepthError@ * (1 - 16 * e) - (@kVertexOfPlace@ + least + far * 0x1p18) >= 0
   /\ @kExtentError@ * (1 - 16 * e) - (@kVertexOfExtent@ + 2 * least + 3 * far) >= 0 }
 
 ## lemma: kEitherSign, where z_least > 2^-10 z_size + 16 leaf_error; z has less than 1/34 of that
-e = @kRounding@;
 nearest = 1 - @kVertexOfPlace@ * 0x1p10 - 1 / (16 * 34);
 { @kEitherSign@ * nearest * (1 - 16 * e) - 2 >= 0 }

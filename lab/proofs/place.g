@@ -27,65 +27,52 @@
 #                The box: t_H (boxes.g) and the exact t of a ray through the triangle lie in the exact
 #                interval of the padded, dilated box; t rounds them once.
 #
-# step: kHitRounding 0.6
-# step: kPairRoom 2
-# step: kIntervalRounding 0.7
-# step: kFarProjectionError 0.1
-# step: kDepthRounding 0.9999995
+# step 0.6: kHitRounding
+# step 2: kPairRoom
+# step 0.7: kIntervalRounding
+# step 0.1: kFarProjectionError
+# step 0.9999995: kDepthRounding
 
 ## lemma: real_bound: project is off by kProjection |x| + kProjectionOfRange (m + Z) + kProjectionSnap
 # r = c (2 m + far) + f; the functions by r (m + 2 r), where 2 roundings and products of m^2 / 4 are left
 c = @kFastProjectionError@;
-low = 1 - 4 * @kRounding@;
+low = 1 - 4 * e;
 { low * 2 * c - (@kProjection@ + @kProjectionOfRange@ + @kDifferenceOfProducts@) >= 0
   /\ low * low * c * @kFarProjectionError@ - @kProjectionOfRange@ >= 0
   /\ low * @kFastProjectionFloor@ - @kProjectionSnap@ >= 0 }
 
 ## lemma: error has 4 B / S, by the scale's rounding, and all that rounds
-up = 1 + @kRounding@;
-down = 1 - @kRounding@;
-scale = (1 - @kRcpUlp@ * 0x1p-23) / (up * up);
-{ 6 * scale * (down * down * down * down * down) - 5.99 >= 0
-  /\ @kHitRounding@ * (down * down * down * down) - @kRangeOfDepths@ >= 0
-  /\ @kHitRounding@ * (down * down) - (@kSizeOfDepths@ + @kRounding@ + @kTravel@ * (1 + 0x1p-18)) >= 0 }
+scale = (1 - rcp_error) / up^2;
+{ 6 * scale * down^5 - 5.99 >= 0
+  /\ @kHitRounding@ * down^4 - @kRangeOfDepths@ >= 0
+  /\ @kHitRounding@ * down^2 - (@kSizeOfDepths@ + e + @kTravel@ * (1 + 0x1p-18)) >= 0 }
 
 ## lemma: a product of pairs: two roundings of terms, of their sum, of the last sum, and a.lo b.lo: 8.01 e^2
-e = @kRounding@;
-up = 1 + e;
-{ 8.01 * e * e - (2 * e * e + 2 * e * e * up + (e + 2 * e * up * up) * e + e * e) >= 0 }
+{ 8.01 * e * e - (2 * e * e + 2 * e * e * up + (e + 2 * e * up^2) * e + e * e) >= 0 }
 
 ## lemma: a pair times a float: 3.01 e^2
-e = @kRounding@;
-{ 3.01 * e * e - (e * e + (e + e * (1 + e)) * e) >= 0 }
+{ 3.01 * e * e - (e * e + (e + e * up) * e) >= 0 }
 
 ## lemma: the quotient: roundings of rest, lower, their sum and the correction, and of r: 40 e^2
 # q0 is off by 3.4 e; so rest by its one rounding after two exact ones, lower by two of e
-e = @kRounding@;
-rho = @kRcpUlp@ * 0x1p-23;
-first = rho + 1.01 * e;
+first = rcp_error + 1.01 * e;
 lower = 2.01 * e;
-{ 40 * e * e - (first * e + (lower + e) * e * 1.01 + (first + lower) * (1.01 * e + e + rho) * 1.01
+{ 40 * e * e - (first * e + (lower + e) * e * 1.01 + (first + lower) * (1.01 * e + e + rcp_error) * 1.01
                 + first * lower * 1.01) >= 0 }
 
 ## lemma: kPairRoom: 16 times the error of pairs is within that of the hit
-e = @kRounding@;
 { 0x1p42 / 16 * (1 + 0x1p-20) - @kPairRoom@ >= 0 /\ 0x1p-42 - 40 * e * e >= 0 }
 
 ## lemma: in all 2^-42
-e = @kRounding@;
 { 0x1p-42 - 25.2 * e * e * (1 + 0x1p-18) >= 0 /\ 0x1p-42 - 40 * e * e * (1 + 0x1p-18) >= 0 }
 
 ## lemma: what rounds to a t in the box keeps to it: entries are at most 3.01 e late
-e = @kRounding@;
-up = 1 + e;
-{ (1 - e) - (1 + 0x3.01p-24) * (1 - @kIntervalRounding@ * (1 - e)) * up >= 0 }
+{ down - (1 + 0x3.01p-24) * (1 - @kIntervalRounding@ * down) * up >= 0 }
 
 ## lemma: it may be that much before the entry
-e = @kRounding@;
-{ (1 - @kIntervalRounding@ * (1 + e)) * (1 - e) * @kDepthRounding@ * (1 - e) - 1 >= 0 }
+{ (1 - @kIntervalRounding@ * up) * down * @kDepthRounding@ * down - 1 >= 0 }
 
 ## lemma: TrianglePlane: 1.0625 2^-42 holds the pairs' 2^-42 and doubles; so do the parts of weights
-e = @kRounding@;
 { 0x1.1p-42 - (0x1p-42 + 0x1p-48) >= 0
   /\ 0.5 * 0x1p-42 - 6.1 * e * e >= 0
   /\ 4 * 0x1p-44 - (3.1 * e * e + 11.1 * e * e) >= 0

@@ -14,11 +14,9 @@
 #   by hand      r is 1: fl(y) = y (1 + e) with |e| <= 2^-24 holds at every scale. |q exact + p| is
 #                at most |q| |exact| + |p|, and the snap is added to that.
 #
-# step: kProjection 0.5
-# step: kProjectionOfRange 0.5
-# step: kProjectionSnap 0.25 (the snap is off by 2^-63 at most, half the bound)
-# step: kProjectedSnap 0.5
-# step: kProjectedOnGrid 0.5
+# step 0.5: kProjection kProjectionOfRange kProjectedSnap kProjectedOnGrid
+# step 0.25: kProjectionSnap
+# kProjectionSnap: the snap is off by 2^-63 at most, half the bound
 
 ## identity: before the snap, x - exact = q exact + p
 n = ex * dz - dx * ez;
@@ -38,10 +36,8 @@ x - exact - (q * exact + p);
 n = ex * dz - dx * ez;
 q = d + s + d * s;
 p = (1 + s) * (n * (e3 - d) + (ex * dz * e1 - dx * ez * e2) * (1 + e3));
-{ dz in [1, 2] /\ |dx| <= 2 /\ |ex| <= @kRounding@ /\ |ez| <= @kRounding@
-  /\ |d| <= @kDifferenceOfProducts@
-  /\ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@ /\ |s| <= @kRounding@
-  -> |q| <= @kProjection@ /\ |q / (1 + q)| <= @kProjection@
+{ dz in [1, 2] /\ |dx| <= 2 /\ rounded(ex, ez) /\ |d| <= @kDifferenceOfProducts@
+  /\ rounded(e1, e2, e3, s) -> |q| <= @kProjection@ /\ |q / (1 + q)| <= @kProjection@
   /\ |p| <= @kProjectionOfRange@ /\ |p / (1 + q)| <= @kProjectionOfRange@ }
 
 ## lemma: below kProjectedOnGrid, adding the constant is off by at most kProjectionSnap

@@ -17,23 +17,19 @@
 #                is off by kProjection of the vertex's distance from the ray, at most 2 * 8 |travel|
 #                on each of two axes.
 #
-# step: kSurfaceOffset 0.5
-# step: kRangeOfDepths 2
-# step: kSizeOfDepths 2
+# step 0.5: kSurfaceOffset
+# step 2: kRangeOfDepths kSizeOfDepths
 
 ## lemma: unit() gives a length of at least 1 - 2^-20, and its square at most 1 + 2^-19
-e = @kRounding@;
 rho = @kRsqrtUlp@ * 0x1p-23;
-{ (1 - e) * (1 - e) * (1 - rho) * (1 - rho) / ((1 + e) * (1 + e) * (1 + e))
-  - (1 - 0x1p-20) * (1 - 0x1p-20) >= 0
-  /\ (1 + e) * (1 + e) * (1 + rho) * (1 + rho) / ((1 - e) * (1 - e) * (1 - e)) <= 0x1.00002p0 }
+{ down^2 * (1 - rho) * (1 - rho) / up^3 - (1 - 0x1p-20) * (1 - 0x1p-20) >= 0
+  /\ up^2 * (1 + rho) * (1 + rho) / down^3 <= 0x1.00002p0 }
 
 ## lemma: the offset exceeds all errors
-e = @kRounding@;
-size = (1 + e) * (1 + e) * (1 + e);        # |components| over the computed size, at most
+size = up^3;        # |components| over the computed size, at most
 roundings = 2 * e * size + 2 * e * (size + 2 * @kSurfaceOffset@);
 snap = 3 * 0x1p-40 / 0x1p-20;
 depth = (8 * (@kRangeOfDepths@ + @kSizeOfDepths@) + @kTravel@) * size * (1 + 0x1p-19);
-projection = 1.4143 * (2 * 8 * @kProjection@ + 16 * @kProjectionOfRange@) * size * (1 + e);
-{ @kSurfaceOffset@ * ((1 - e) * (1 - e) * (1 - 0x1p-20))
+projection = 1.4143 * (2 * 8 * @kProjection@ + 16 * @kProjectionOfRange@) * size * up;
+{ @kSurfaceOffset@ * (down^2 * (1 - 0x1p-20))
   - (roundings + snap + depth + projection) >= 0 }

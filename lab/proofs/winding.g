@@ -21,18 +21,17 @@
 #                of them one after the other. Nothing underflows: products of two coordinates are
 #                multiples of 2^-80, and of three of 2^-120.
 #
-# step: kCoordinateError 0.25
-# step: kWindingEdgeError 0.45
-# step: kWindingHeightError 0.45
+# step 0.25: kCoordinateError
+# step 0.45: kWindingEdgeError kWindingHeightError
 
 ## lemma: a difference beyond c has the sign of the exact one: c (1 - 2 e) > D
-{ @kCoordinateError@ * (1 - 2 * @kRounding@) - 0x1p-39 >= 0 }
+{ @kCoordinateError@ * (1 - 2 * e) - 0x1p-39 >= 0 }
 
 ## lemma: r is within e (1 + 2^-20) |r| + D of the exact difference, since r = (exact + d) (1 + f)
-{ |f| <= @kRounding@ -> |1 / (1 + f) - 1| <= 0x1.00001p-24 }
+{ rounded(f) -> |1 / (1 + f) - 1| <= 0x1.00001p-24 }
 
 ## lemma: three roundings of an edge function, by the sum of its products: 2 e (1 + 2^-20)
-{ |e1| <= @kRounding@ /\ |e3| <= @kRounding@ -> |(1 + e1) * (1 + e3) - 1| <= 0x1.00001p-23 }
+{ rounded(e1, e3) -> |(1 + e1) * (1 + e3) - 1| <= 0x1.00001p-23 }
 
 ## lemma: two displaced factors, by the sum of their products: 2 e (1 + 2^-19)
 { |f1| <= 0x1.00001p-24 /\ |f2| <= 0x1.00001p-24 -> |(1 + f1) * (1 + f2) - 1| <= 0x1.00002p-23 }
@@ -53,8 +52,7 @@ left = 0.75 * (1 - 0x1p-20);
 (M + c) * (k * (M + c) + c) - (k * M * M + (2 * k * c + c) * M + (k * c + c) * c);
 
 ## lemma: roundings of the height, by the sum of its products: 3 e (1 + 2^-20)
-{ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
-  -> |(1 + e1) * (1 + e2) * (1 + e3) - 1| <= 0x1.80001p-23 }
+{ rounded(e1, e2, e3) -> |(1 + e1) * (1 + e2) * (1 + e3) - 1| <= 0x1.80001p-23 }
 
 # The exact height is within 3 B (1 + 2^-20) (Z + D) + sum (e (1 + 2^-20) Z + D) of that of u, v, w
 # and z as computed, where B is 3/4 bound; with the roundings before,
