@@ -8,8 +8,7 @@
 #                entry <= last_depth of t without M
 #   code         plane_pad, padded (common/bvh/box.h), box_dilation, depth_margin, last_entry, last_depth,
 #                least_depth, hits_box, slab_reciprocal (common/interop/slab.h)
-#   constants    kPadOfExtent, kPadOfPlane, kDilationOfOrigin, kDilationOfExtent, kSlabRounding,
-#                kDepthRounding, kDepthMargin (M = kDepthMargin E), kHugeReciprocal
+#   constants    M = kDepthMargin E
 #   inputs       E = max(kSceneExtent, |org|) = 1 (real numbers scale), so that vertices, origin and
 #                planes are at most 1 and a = vertex - org at most 2 on each axis; t at most 2.01E.
 #                extent: the largest one of the triangle, at most that of its leaf

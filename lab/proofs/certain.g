@@ -4,12 +4,10 @@
 #                kCertainBound bound Z, the rule finds a hit with 2^-18 X to spare at both ends of the range
 #                certainly_beyond: where s >= kCertainBound bound and beyond s + kBeyondBound bound R <= n,
 #                the rule's hit, if any, is beyond tfar
-#   code         certain_occluders, certainly_beyond (cpu/single_ray/leaf-inl.h), prepare_range
-#                (cpu/single_ray/ray_stream-inl.h), rays_hitting (cpu/single_ray/leaf-inl.h),
-#                occluded_by_leaf (cpu/single_ray/leaf-inl.h)
+#   code         certain_occluders, certainly_beyond, rays_hitting, occluded_by_leaf
+#                (cpu/single_ray/leaf-inl.h), prepare_range (cpu/single_ray/ray_stream-inl.h)
 #   inputs       e: the error of a rounding; X = max(kSceneExtent, |org|) <= kCertainOrigin; Z <= 2.001 X the
 #                largest |z|, R the range of z; n, s: sums of |e| z and |e|; c = kCertainBound; 1 <= |dir.z| < 2
-#   used by      nothing
 #   by hand      the steps of cpu/single_ray/leaf-inl.h: signs beyond the bound are those of the
 #                exact functions; deviations from a mean add up to at most 2 R <= 4 Z; bound / s <= 1 / c;
 #                s <= 3 M^2, so that M >= c r; e s covers what underflows

@@ -6,8 +6,6 @@
 #                a rounded point moves either by kPointRounding (|p| + 1)
 #   code         may_be_within, distance_bounds (cpu/queries/tree_queries-inl.h), triangle_distance2
 #                (common/interop/closest_rule.h)
-#   constants    kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare,
-#                kRuleExcess, kRuleDefect, kPointRounding, kRivalRounding
 #   inputs       in units of R, the largest coordinate of vertices relative to the point
 #   operations   roundings e by each operation; a sum of three products is off by 3 e of the lengths'
 #                product, fused or not

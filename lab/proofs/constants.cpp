@@ -9,26 +9,15 @@
 #include "cpu/simd/rounding_bounds.h"
 #include "lab/proofs/bounds.h"
 
-namespace mray::proofs {
-namespace {
-
-using namespace cpu;
-
-/// The part of the depth margin that surely_inside spends.
-float depth_slack_of_margin() {
+int main() {
+    using namespace mray;
+    using namespace mray::cpu;
+    using namespace mray::proofs;
+    // The part of the depth margin that surely_inside spends.
     const vec3 org(0, 0, 0);
-    return shear_ray(org, vec3(0, 0, 1)).depth_slack / depth_margin(org);
-}
-
-void print_all() {
-    const float kDepthSlackOfMargin = depth_slack_of_margin();
+    const float kDepthSlackOfMargin = shear_ray(org, vec3(0, 0, 1)).depth_slack / depth_margin(org);
     // Prints what the .g files name: cmake lists it as PROOFS_CONSTANT(kName).
     // NOLINTNEXTLINE(cppcoreguidelines-macro-usage)
 #define PROOFS_CONSTANT(name) std::printf("%s %a\n", #name, static_cast<double>(name));
 #include "lab/proofs/constants.inc"
 }
-
-}  // namespace
-}  // namespace mray::proofs
-
-int main() { mray::proofs::print_all(); }

@@ -5,8 +5,7 @@
 #                agrees; beyond `error` z has the sign of the mean, that of a.z before its rounding
 #                included; |t - z / d.z| <= kTravel |z / d.z|
 #   code         weighted_hit, scaled_weight, surely_inside (common/interop/hit_rule.h)
-#   constants    kWeightRounding, kMeanRounding; kDepthSlackOfMargin is ShearedRay::depth_slack
-#                over M
+#   constants    kDepthSlackOfMargin is ShearedRay::depth_slack over M
 #   inputs       edge functions of one sign that are not all 0 (a triangle may have no area), those
 #                of exact_edges (bound = 0) or ones that surely_inside accepts; the vertices' z as
 #                projected; range = zmax - zmin, size = the largest |z|

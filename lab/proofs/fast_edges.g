@@ -4,7 +4,6 @@
 #                of the edge function of the points that project gives (or of the exact
 #                projections: then one source of error less)
 #   code         project_fast, fast_edges (common/interop/hit_rule.h); cpu/single_ray/leaf-inl.h
-#   constants    kFastProjectionError, kFastProjectionFloor
 #   inputs       |d| < 2, |d.x| <= d.z, |d.y| <= d.z, d.z >= 1
 #   operations   x = fl(fl(a.x * d.z) - fl(d.x * a.z)), y likewise; m = sum of |x| + |y| over the
 #                vertices; Z = largest |a.z|; r = fl(fl(kFastProjectionError * fl((m + m) + Z))

@@ -3,11 +3,8 @@
 #   bounds       boxes of node_lanes within theirs (boxes.g says what for); project_by_slopes: vertices
 #                within those of project_fast; may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
 #                above edge_bound for |z| up to most_depth
-#   code         project_by_slopes (cpu/single_ray/leaf-inl.h),
-#                may_be_ahead (cpu/single_ray/leaf-inl.h), depthless_bound
-#                (cpu/single_ray/ray_stream-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
-#                rays_meeting (cpu/single_ray/node_lanes-inl.h)
-#   used by      nothing
+#   code         project_by_slopes, may_be_ahead (cpu/single_ray/leaf-inl.h), depthless_bound
+#                (cpu/single_ray/ray_stream-inl.h), met_slots, rays_meeting (cpu/single_ray/node_lanes-inl.h)
 #   by hand      depthless_bound: (m + 2 r) r with r = 2 c m + q; both bounds are sums and products of
 #                numbers that are not negative, so that their roundings multiply.
 #                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.

@@ -4,10 +4,9 @@
 #                -bound as far as the rule goes; so is that of all of a block's rays where its maximum
 #                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's, nor
 #                is its maximum over a block's rectangle with kBlockGradient gradient more
-#   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses
-#                (cpu/packet/light_trace-inl.h); EdgeRange, whose rectangles bound a block or
-#                several, and whose `lowest` is the same of the negative function, and
-#                blocks_reaching (cpu/packet/light_trace-inl.h)
+#   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses, blocks_reaching,
+#                and EdgeRange, whose rectangles bound a block or several, and whose `lowest` is the same of
+#                the negative function (cpu/packet/light_trace-inl.h)
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
 #                depth_c <= q + R gradient; c0, c1, c2 as in packet_slant.g

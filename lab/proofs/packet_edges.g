@@ -4,10 +4,8 @@
 #                function is at most bound = 2 error (reach + error) + kEdgeRounding size
 #                (reach + kShearRounding R z_size) + 1.01 ray_error slope from that of the vertices
 #                displaced by the rule
-#   code         find_edges, store_edges (cpu/packet/triangle_setup-inl.h), Planes (cpu/packet/triangle_setup-inl.h),
-#                Position (cpu/packet/light_trace-inl.h), RowPlanes
-#                (cpu/packet/camera_packet-inl.h)
-#   constants    kEdgeRounding, kShearRounding
+#   code         find_edges, store_edges, Planes (cpu/packet/triangle_setup-inl.h), Position
+#                (cpu/packet/light_trace-inl.h), RowPlanes (cpu/packet/camera_packet-inl.h)
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray
 #                (X, Y) with |X|, |Y|, |m| <= R; X' = (X, Y) - m, and size + |X'| z_size <= reach
 #   operations   a = A1 - A2, b, c likewise, six products of floats; c - b m_y - a m_x; a X + (b Y + c);

@@ -4,12 +4,8 @@
 #                from its place in the plane: 16 u of the largest (place_error); 1 / (tfar z): kEndError of
 #                itself; a stored ray from its place: place_error_of; 1 / (t z) of a hit:
 #                hit_depth_error
-#   code         pixel_error (cpu/packet/camera_rays-inl.h),
-#                make_light_block (cpu/packet/light_packet-inl.h), place_error
-#                (cpu/packet/light_packet-inl.h), place_error_of
-#                (cpu/packet/camera_rays-inl.h), hit_depth_error
-#                (cpu/packet/camera_candidates-inl.h)
-#   constants    kEndError, kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
+#   code         pixel_error, place_error_of (cpu/packet/camera_rays-inl.h), make_light_block, place_error
+#                (cpu/packet/light_packet-inl.h), hit_depth_error (cpu/packet/camera_candidates-inl.h)
 #   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows.
 #                A light's: |d| components below 2, z > 1/4 its component on an axis; origins of
 #                planes up to 1; shears up to 1

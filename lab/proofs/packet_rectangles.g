@@ -5,9 +5,10 @@
 #                (leaf_error / z_least + ray_error) + kRectangleRounding; rows of boxes hold those of
 #                their triangles' displaced vertices with kBoxError row_size size; a box with n.p <
 #                -kWedgeMargin size in all its points has no point of a ray
-#   code         find_rectangles, PlaneVertices (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid (cpu/packet/camera_packet-inl.h),
-#                project_boxes, rectangle_of_box (cpu/packet/packet_plane-inl.h); set_wedges, may_have_wedges,
-#                outside_wedges (cpu/packet/packet_plane-inl.h)
+#   code         find_rectangles, PlaneVertices (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid
+#                (cpu/packet/camera_packet-inl.h),
+#                project_boxes, rectangle_of_box, set_wedges, may_have_wedges, outside_wedges
+#                (cpu/packet/packet_plane-inl.h)
 #   inputs       z_least > 2^-10 z_size + 16 leaf_error, so that all displaced z are positive and a ray
 #                is a mean of the x'_k / z'_k; vertices as in packet_vertices.g; |X| <= R = 33
 #   operations   x fl(1 / z); low - kQuotientError |low| - margin; sums with

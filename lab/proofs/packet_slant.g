@@ -2,11 +2,9 @@
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = a X + b Y + c as computed, where
 #                (q + that) c2 <= kFarDepth
-#   code         DepthBounds (cpu/packet/triangle_setup-inl.h); store_depth (cpu/packet/triangle_setup-inl.h),
-#                Position (cpu/packet/light_trace-inl.h), nearest_q (cpu/packet/packet_plane-inl.h)
-#   constants    kSlantExtent, kSlantDistance (by |N|_1), kVertexError (by the rows), kLateralError,
-#                kShearError, kPlaneError (by gradient), kFastDepthOfMargin, kRayDepthError,
-#                kSteepError, kRuleDepthFactor, kMostSlope, kFarDepth, kUnfusedDepth
+#   code         DepthBounds, store_depth (cpu/packet/triangle_setup-inl.h), Position
+#                (cpu/packet/light_trace-inl.h), nearest_q (cpu/packet/packet_plane-inl.h)
+#   constants    kSlantDistance by |N|_1, kVertexError by the rows, kPlaneError by gradient
 #   inputs       |det| > kLeastSlantVolume (1 + size + z_size), < kMostVolume. The rule hits the triangle at the ray (X, Y), |X|, |Y| <= R, with edge functions U; those that are
 #                computed are U + rho. On the fast path B max(range, 1) <= M/4 of their sum in floats;
 #                all are beyond B there, and rho is less, so the U have one sign.

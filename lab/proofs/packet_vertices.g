@@ -4,7 +4,7 @@
 #                error = kLateralError size + kShearError R z_size
 #                      + row_sizes (kExtentError extent + kDistanceError distance + kGridError),
 #                z by kDepthError z_size + s_z (the same bracket)
-#   code         project_vertices (cpu/packet/triangle_setup-inl.h), find_laterals (cpu/packet/triangle_setup-inl.h)
+#   code         project_vertices, find_laterals (cpu/packet/triangle_setup-inl.h)
 #   inputs       rows M, taken for exact; s_x, s_y, s_z the sums of their magnitudes; extent the
 #                largest coordinate of a vertex less the leaf's first one; distance the largest of the
 #                first one; |X|, |Y|, the middle's too, at most R; a ray through the triangle, or

@@ -5,7 +5,6 @@
 #                and Q the sums of magnitudes of the products in n.s and n.dir; it keeps to the padded box
 #   code         weighted_hit, exact_edges, refine_hit (common/interop/hit_rule.h), pairs.h,
 #                padded_interval (common/interop/slab.h)
-#   constants    kHitRounding, kFarProjectionError, kIntervalRounding
 #   inputs       as for fast_edges.g, depth.g and boxes.g; B = real_bound, S the sum of edge functions
 #   operations   error = fl(fl(fl(6 fl(B scale) + kHitRounding) range) + fl(kHitRounding size))
 #                product of pairs = p + fl(err + fl(fl(a.hi b.lo) + fl(a.lo b.hi))), p = fl(a.hi b.hi)

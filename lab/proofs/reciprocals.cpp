@@ -57,31 +57,16 @@ double worst_rsqrt() {
     return static_cast<double>(worst);
 }
 
-/// Whether rcp(x 2^k) is rcp(x) 2^-k, and rcp(-x) is -rcp(x), for every x and k of its range.
-bool rcp_scales() {
+/// Whether f(x 2^(power k)) is first(x) 2^-k for every x of `power` binades and every k of a range.
+template <class Function, class First>
+bool scales(Function f, First first, int power, int least, int most) {
     std::uint32_t different = 0;
-    for (int k = -126; k < 102; ++k) {
-        const float up = power_of_two(k);
+    for (int k = least; k <= most; ++k) {
+        const float up = power_of_two(power * k);
         const float down = power_of_two(-k);
-        for (std::uint32_t mantissa = 0; mantissa < kMantissas; ++mantissa) {
-            const float x = uintBitsToFloat(kOne | mantissa);
-            const float y = rcp(x) * down;
-            different |= floatBitsToUint(rcp(x * up)) ^ floatBitsToUint(y);
-            different |= floatBitsToUint(rcp(-(x * up))) ^ floatBitsToUint(-y);
-        }
-    }
-    return different == 0;
-}
-
-/// Likewise rsqrt(x 4^k) is rsqrt(x) 2^-k.
-bool rsqrt_scales() {
-    std::uint32_t different = 0;
-    for (int k = -50; k < 50; ++k) {
-        const float up = power_of_two(2 * k);
-        const float down = power_of_two(-k);
-        for (std::uint32_t bits = kOne; bits < kOne + 2 * kMantissas; ++bits) {
-            const float x = uintBitsToFloat(bits);
-            different |= floatBitsToUint(rsqrt(x * up)) ^ floatBitsToUint(rsqrt(x) * down);
+        for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(power) * kMantissas; ++i) {
+            const float x = uintBitsToFloat(kOne + i);
+            different |= floatBitsToUint(f(x * up)) ^ floatBitsToUint(first(x) * down);
         }
     }
     return different == 0;
@@ -122,8 +107,12 @@ int main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "tight")
         return bounds_hold(0.005) || roots_round(0) ? 1 : 0;
     const bool hold = bounds_hold(0);
-    const bool rcp_alike = check("rcp has the same mantissas in every binade", rcp_scales());
-    const bool rsqrt_alike = check("rsqrt has in every second binade", rsqrt_scales());
+    const auto negative = [](float x) { return -rcp(-x); };
+    const bool rcp_alike =
+        check("rcp has the same mantissas in every binade",
+              scales(rcp, rcp, 1, -126, 101) && scales(negative, rcp, 1, -126, 101));
+    const bool rsqrt_alike =
+        check("rsqrt has in every second binade", scales(rsqrt, rsqrt, 2, -50, 49));
     const bool rounds = check("square roots round channels", roots_round(cpu::kRootMargin));
     return hold && rcp_alike && rsqrt_alike && rounds ? 0 : 1;
 }

@@ -5,7 +5,6 @@
 #                weights, and the vertices are at most 8 times as far away as the hit and
 #                at most 8 times its distance apart along the ray
 #   code         surface_at, off_surface, unit (common/interop/surface.h)
-#   constants    kSurfaceOffset
 #   inputs       size >= 2^-20 (2^-40 of the scene's extent; nearer, the grid is too coarse);
 #                normal: the rounded one; its direction is taken as exact
 #   operations   travel = fl(t * d); point = fl(org + travel); size = sum of |components| of both;

@@ -22,8 +22,6 @@ namespace {
 
 constexpr int kReach = 3;
 
-vec3 point(int x, int y) { return vec3(static_cast<float>(x), static_cast<float>(y), 1.0f); }
-
 /// The edge function of a and b at P times 10^6, for e = 1/1000.
 std::int64_t moved_edge(const vec3& a, const vec3& b) {
     const auto ax = static_cast<std::int64_t>(a.x);
@@ -36,7 +34,8 @@ std::int64_t moved_edge(const vec3& a, const vec3& b) {
 std::vector<vec3> grid() {
     std::vector<vec3> points;
     for (int x = -kReach; x <= kReach; ++x)
-        for (int y = -kReach; y <= kReach; ++y) points.push_back(point(x, y));
+        for (int y = -kReach; y <= kReach; ++y)
+            points.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0f);
     return points;
 }
 

@@ -4,7 +4,6 @@
 #                the area, within `error` of the exact one: both for the coordinates before they
 #                were brought into scene space
 #   code         float_crossing (common/interop/winding_rule.h)
-#   constants    kCoordinateError, kWindingEdgeError, kWindingHeightError
 #   inputs       coordinates of at most 2^21, each within 2^-40 of that before scene space
 #                (snap_coordinate); so differences are within D = 2^-39 of theirs
 #   operations   r = fl(v - p) for each vertex; u = fl(fl(b.x * c.y) - fl(b.y * c.x)), v and w
