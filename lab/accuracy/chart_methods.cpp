@@ -20,9 +20,7 @@ namespace {
 struct Peers {
     explicit Peers(const ChartScene& scene)
         : pose(scene.scene_space.positions),
-          tree(build_paper_tree(scene.topology, scene.scene_space.positions)),
           gpu_tree(build_peer_tree(scene.topology, scene.scene_space.positions, 1.5, 4)) {
-        refit(tree, scene.topology, scene.world_space.positions);
         refit(gpu_tree, scene.topology, scene.world_space.positions);
 #ifdef MORPHRAY_EMBREE
         devices.emplace_back(0, "");
@@ -32,8 +30,6 @@ struct Peers {
 
     /// Devices borrow it.
     Pose pose;
-    /// In world space, for the method of 2007 and the rules.
-    PeerTree tree;
     PeerTree gpu_tree;
 #ifdef MORPHRAY_EMBREE
     std::vector<EmbreeDevice> devices;
@@ -41,14 +37,9 @@ struct Peers {
 #endif
 };
 
-/// As many tiles as take brute force about 2 * 10^7 tests of triangles, where most rays are.
+/// As many tiles from the middle as take brute force about 2 * 10^7 tests of triangles.
 TileRange brute_tiles(const ChartScene& scene, const RaySet& set) {
-    const auto rays_of = [&](const TileRays& tile) {
-        return std::ranges::count(std::span(set.active).subspan(tile.begin, tile.end - tile.begin),
-                                  1);
-    };
-    const std::size_t first = static_cast<std::size_t>(
-        std::ranges::max_element(set.tiles, {}, rays_of) - set.tiles.begin());
+    const std::size_t first = set.tiles.size() / 2;
     const std::size_t tile_tests = (scene.topology.triangles.size() + 1) * kTileSize * kTileSize;
     const std::size_t count = std::max<std::size_t>(1, 20'000'000 / tile_tests);
     return {first, std::min(set.tiles.size(), first + count)};
@@ -102,7 +93,7 @@ std::vector<ChartDevice> open_devices() {
 MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice>& devices) {
     const auto peers = std::make_shared<const Peers>(scene);
     for (const ChartDevice& device : devices)
-        device.backend->set_scene(scene.topology, peers->pose, scene.scene_space.bvh);
+        device.backend->set_scene(scene.topology, peers->pose, scene.bvh);
     return [&scene, devices, peers](const ChartRays& rays) {
         const RaySet& ours = rays.scene_space;
         const RaySet& theirs = rays.world_space;
@@ -118,8 +109,8 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
         add("brute force", "ours", true,
             batch_tracer("", RaysAtOnce::kStream, std::make_shared<const Brute>(brute), ours));
         tracers.back().tiles = brute_tiles(scene, ours);
-        add("scalar", "ours", true, reference_tracer(scene.scene_space.bvh, ours));
-        for (const Tracer& tracer : our_tracers(scene.scene_space.bvh, best_simd_target(), ours)) {
+        add("scalar", "ours", true, reference_tracer(scene.bvh, ours));
+        for (const Tracer& tracer : our_tracers(scene.bvh, best_simd_target(), ours)) {
             const bool packets = tracer.name == "packet";
             const bool light = packets && ours.kind == RayKind::kShadow;
             add(fmt::format("{}{}{}", light ? "light " : "", tracer.name,
@@ -145,7 +136,7 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
         }
 #endif
         if (ours.in_packets())
-            add("2007 packets", "2007", false, paper_tracer(peers->tree, theirs));
+            add("2007 packets", "2007", false, paper_tracer(scene.world_space.tree, theirs));
 #ifdef MORPHRAY_EMBREE
         for (const Tracer& tracer : embree_peers(peers->embree, theirs)) {
             // "Intersect16 robust MEDIUM all" without "Intersect". Calls take one ray or 16.
@@ -156,7 +147,7 @@ MakeTracers chart_methods(const ChartScene& scene, const std::vector<ChartDevice
                 robust ? "Embree robust" : "Embree fast", false, tracer);
         }
 #endif
-        for (const Tracer& tracer : rule_tracers(peers->tree, theirs))
+        for (const Tracer& tracer : rule_tracers(scene.world_space.tree, theirs))
             add("rule " + tracer.name, "rules", true, tracer);
         return tracers;
     };
@@ -173,10 +164,10 @@ std::string embree_name() {
 std::vector<ChartPoint> measure(const ChartScene& scene, const MakeTracers& make_tracers,
                                 RayKind kind, const Effort& effort,
                                 const std::function<void()>& done) {
-    const ExactReferee our_referee(scene.topology, scene.scene_space.positions,
-                                   scene.scene_space.bvh);
-    const ExactReferee their_referee(scene.topology, scene.world_space.positions,
-                                     scene.world_space.bvh);
+    const auto& [our_positions, our_tree] = scene.scene_space;
+    const auto& [their_positions, their_tree] = scene.world_space;
+    const ExactReferee our_referee(scene.topology, our_positions, our_tree);
+    const ExactReferee their_referee(scene.topology, their_positions, their_tree);
     std::vector<ChartPoint> points;
     for (std::size_t chunk = 0; chunk < effort.chunks; ++chunk) {
         ChartRays rays{make_chart_rays(scene, kind, chunk, effort.chunk_rays), {}};
@@ -185,7 +176,7 @@ std::vector<ChartPoint> measure(const ChartScene& scene, const MakeTracers& make
         const Judge their_judge(their_referee, rays.world_space);
         const std::vector<Tracer> tracers = make_tracers(rays);
         if (points.empty())
-            for (const Tracer& one : tracers) points.push_back({kind, one.name, one.group, {}});
+            for (const Tracer& one : tracers) points.push_back({one.name, one.group, {}});
         std::vector<std::vector<double>> times(tracers.size());
         for (std::size_t turn = 0; turn < effort.rounds * tracers.size(); ++turn) {
             const std::size_t at = (turn + chunk) % tracers.size();

@@ -61,7 +61,6 @@ inline constexpr Effort kFullEffort{
 
 /// A method with rays of a kind.
 struct ChartPoint {
-    RayKind kind;
     std::string method;
     std::string family;
     Score score;

@@ -4,53 +4,15 @@
 #include <cstring>
 #include <glm/geometric.hpp>
 #include <numbers>
-#include <random>
 
-#include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "lab/methods/random.h"
 #include "scenes/procedural/surfaces.h"
 
 namespace mray::lab {
 namespace {
-
-/// Numbers of a fixed sequence.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : bits_(seed) {}
-
-    std::size_t below(std::size_t count) { return bits_() % count; }
-    double real(double lower, double upper) {
-        return lower + (upper - lower) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-    }
-    /// In [-reach, reach) on each axis.
-    dvec3 point(double reach) {
-        return dvec3{real(-reach, reach), real(-reach, reach), real(-reach, reach)};
-    }
-
-private:
-    std::mt19937_64 bits_;
-};
-
-/// `bvh` with boxes around the positions in world space. Nothing reads the leaves' vertices.
-Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
-    std::vector<Box> leaf_boxes(bvh.leaves.size());
-    for (std::size_t i = 0; i < bvh.leaf_vertices.size(); ++i) {
-        const vec3 p = positions[bvh.leaf_vertices[i]];
-        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
-            leaf_boxes[i / kLeafVertices].extend(p);
-    }
-    // Parents come before their children.
-    for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
-        Node& node = bvh.nodes[i];
-        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
-            set_slot_box(node, slot,
-                         is_leaf(child) ? leaf_boxes[leaf_of(child)] : node_box(bvh.nodes[child]));
-        });
-    }
-    return bvh;
-}
 
 /// A point that both spaces have exactly.
 vec3 shared_point(const SceneSpace& space, vec3 scene) {
@@ -156,7 +118,7 @@ RaySet aimed_tiles(const ChartScene& scene, std::size_t chunk, std::size_t tiles
     constexpr std::size_t kTileRays = std::size_t{kTileSize} * kTileSize;
     set.rays.resize(tiles * kTileRays);
     set.stored.resize(set.rays.size());
-    const cpu::ScalarTracer tracer(scene.scene_space.bvh);
+    const cpu::ScalarTracer tracer(scene.bvh);
     tbb::parallel_for(std::size_t{0}, tiles, [&](std::size_t number) {
         Random random(1000003 * chunk + number);
         const RayGrid grid = make_grid(scene, random, number);
@@ -294,39 +256,25 @@ void append_square(ChartInput& made, std::initializer_list<vec3> corners) {
     count += 4;
 }
 
-/// Appends the square [x0, x1] x [-size, size] at a height that grows with x by `slope`.
-void append_ground(ChartInput& made, float x0, float x1, float size, float height,
-                   float slope = 0) {
-    const float first = height + slope * x0, last = height + slope * x1;
-    append_square(made,
-                  {{x0, first, -size}, {x1, last, -size}, {x1, last, size}, {x0, first, size}});
-}
+/// The square [x0, x1] x [-size, size] at a height that grows with x by `slope`.
+struct Ground {
+    float x0, x1, size, height, slope = 0;
+};
 
-ChartInput detail() {
-    ChartInput made = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
-    append_ground(made, -5e5f, 5e5f, 5e5f, 0);
+ChartInput with_grounds(ChartInput made, std::initializer_list<Ground> grounds) {
+    for (const auto& [x0, x1, size, height, slope] : grounds) {
+        const float first = height + slope * x0, last = height + slope * x1;
+        append_square(made,
+                      {{x0, first, -size}, {x1, last, -size}, {x1, last, size}, {x0, first, size}});
+    }
     return made;
 }
 
 /// A pebble and a needle on a ground with a crack.
-ChartInput ground() {
-    ChartInput made = sphere("ground of 100 km", 0.05, {0.5, 0.05, 0});
-    append_ground(made, -1e5f, -0.01f, 1e5f, 0);
-    append_ground(made, 0.01f, 1e5f, 1e5f, 0);
+ChartInput cracked_ground() {
+    ChartInput made = with_grounds(sphere("ground of 100 km", 0.05, {0.5, 0.05, 0}),
+                                   {{-1e5f, -0.01f, 1e5f, 0}, {0.01f, 1e5f, 1e5f, 0}});
     append_square(made, {{-0.5f, 0, 0}, {-0.499f, 0, 0}, {-0.499f, 2, 0}, {-0.5f, 2, 0}});
-    return made;
-}
-
-ChartInput planes() {
-    ChartInput made{"planes 1e-6 apart", {}, {}};
-    for (const float turn : {0.0f, 1e-7f, -1e-7f}) append_ground(made, -1, 1, 1, 10 * turn, turn);
-    return made;
-}
-
-ChartInput decal() {
-    ChartInput made{"decal at 3 ulp", {}, {}};
-    append_ground(made, -10, 10, 10, 1);
-    append_ground(made, -1, 1, 1, 1 + 3 * 0x1p-23f);
     return made;
 }
 
@@ -352,8 +300,10 @@ ChartScene make_chart_scene(const Topology& topology, std::span<const vec3> posi
         };
         if (keeps(t.x) && keeps(t.y) && keeps(t.z)) scene.targets.push_back(t);
     }
-    scene.scene_space.bvh = build_bvh(scene.topology, scene.scene_space.positions);
-    scene.world_space.bvh = tree_around(scene.scene_space.bvh, scene.world_space.positions);
+    scene.bvh = build_bvh(scene.topology, scene.scene_space.positions);
+    scene.scene_space.tree = build_peer_tree(scene.topology, scene.scene_space.positions);
+    scene.world_space.tree = scene.scene_space.tree;
+    refit(scene.world_space.tree, scene.topology, scene.world_space.positions);
     return scene;
 }
 
@@ -371,7 +321,7 @@ RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk,
     const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(tiles))) * kTileSize;
     RaySet camera = camera_rays(scene, chunk, side);
     if (kind == RayKind::kPrimary) return camera;
-    const Tracer tracer = packet_tracer(scene.scene_space.bvh, best_simd_target(), camera);
+    const Tracer tracer = our_tracers(scene.bvh, best_simd_target(), camera).front();
     return make_secondary_rays(camera, trace_all(tracer, camera).hits,
                                {&scene.topology, scene.scene_space.positions}, kind);
 }
@@ -392,36 +342,22 @@ RaySet to_world(RaySet rays, const SceneSpace& space) {
 }
 
 std::vector<ChartInput> failure_scenes() {
-    std::vector<ChartInput> scenes;
-    const auto add = [&scenes](ChartInput made, const char* breaks) {
-        made.breaks = breaks;
-        scenes.push_back(std::move(made));
-    };
-    add(sphere("sphere", 1, {0, 0, 0}),
-        "a closed mesh: at a vertex or an edge, rays slip between two triangles");
-    add(sphere("offset 1e3", 1, {1e3, 1e3, 1e3}),
-        "coordinates far from 0 have lost 10 bits to the offset");
-    add(sphere("offset 1e5", 1, {1e5, 1e5, 1e5}),
-        "coordinates far from 0 have lost 17 bits to the offset");
-    add(sphere("scale 1e-20", 1e-20, {0, 0, 0}),
-        "products of coordinates underflow, so that areas become 0");
-    add(sphere("scale 1e30", 1e30, {0, 0, 0}), "products of coordinates overflow");
-    add(needles(), "triangles that are seen end on and ten thousand times as long as wide");
-    add(fan(), "rays at a vertex of 2,000 triangles fall between all of them");
-    add(sheets("duplicates", 0),
-        "surfaces in one place, whose depths are equal: the answer must still be one that is hit");
-    add(sheets("nearly coplanar", 1e-6),
-        "surfaces so near to each other that errors of depth change their order");
-    add(detail(),
-        "a ball on a square a million times as large: beside the range of depth of the square's "
-        "triangles the ball is so thin that the farther of two hits can be taken for the nearer");
-    add(ground(),
-        "a pebble, a needle and a crack of centimetres: depths that err by parts of the ground's "
-        "size");
-    add(planes(),
-        "two planes that are turned by 1e-7, and a third: errors of depth change their order");
-    add(decal(), "a square that lies three floats above another one");
-    return scenes;
+    return {
+        sphere("sphere", 1, {0, 0, 0}),
+        sphere("offset 1e3", 1, {1e3, 1e3, 1e3}),
+        sphere("offset 1e5", 1, {1e5, 1e5, 1e5}),
+        sphere("scale 1e-20", 1e-20, {0, 0, 0}),
+        sphere("scale 1e30", 1e30, {0, 0, 0}),
+        needles(),
+        fan(),
+        sheets("duplicates", 0),
+        sheets("nearly coplanar", 1e-6),
+        with_grounds(sphere("detail 1 in 1e6", 1, {1000, 1, 1000}), {{-5e5f, 5e5f, 5e5f, 0}}),
+        cracked_ground(),
+        with_grounds(
+            {"planes 1e-6 apart", {}, {}},
+            {{-1, 1, 1, 0}, {-1, 1, 1, 10 * 1e-7f, 1e-7f}, {-1, 1, 1, 10 * -1e-7f, -1e-7f}}),
+        with_grounds({"decal at 3 ulp", {}, {}}, {{-10, 10, 10, 1}, {-1, 1, 1, 1 + 3 * 0x1p-23f}})};
 }
 
 }  // namespace mray::lab

@@ -2,16 +2,16 @@
 #pragma once
 
 #include "common/bvh/bvh.h"
-#include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
+#include "lab/methods/peer_tree.h"
 #include "lab/methods/tracers.h"
 
 namespace mray::lab {
 
-/// Positions and the tree over them, as a method traces them.
+/// Positions and a tree around them.
 struct ChartSpace {
     std::vector<vec3> positions;
-    Bvh bvh;
+    PeerTree tree;
 };
 
 /// A scene in world space: its middle frame, and some frames from its first on if it moves.
@@ -21,12 +21,10 @@ struct ChartInput {
     std::vector<vec3> positions;
     std::vector<double> frame_numbers = {};
     std::vector<std::vector<vec3>> frames = {};
-    /// What a failure scene breaks.
-    std::string breaks = {};
 };
 
-/// The program's methods trace scene space, all others world space. The mesh, the rays and the tree
-/// are the same in both.
+/// The program's methods trace scene space, all others world space. The mesh, the rays and the
+/// nodes are the same in both.
 struct ChartScene {
     Topology topology;
     /// Triangles whose vertices are all finite and not left out.
@@ -35,6 +33,8 @@ struct ChartScene {
     SceneSpace space{WorldBounds{}};
     ChartSpace scene_space;
     ChartSpace world_space;
+    /// Of the program, in scene space.
+    Bvh bvh;
 };
 
 /// The bounds of a frame without vertices that are left out (PoseExtent).
@@ -62,8 +62,7 @@ RaySet make_chart_rays(const ChartScene& scene, RayKind kind, std::size_t chunk,
 /// Moves rays to world space, exactly.
 RaySet to_world(RaySet rays, const SceneSpace& space);
 
-/// Small scenes on which intersection rules fail: a sphere, far from 0, tiny and huge; needles; a
-/// fan of thin triangles; duplicate and coplanar triangles; details of 1 in an extent of 1e6.
+/// Small scenes on which intersection rules fail (docs/guide/accuracy.md says how).
 std::vector<ChartInput> failure_scenes();
 
 }  // namespace mray::lab

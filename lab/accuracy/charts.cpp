@@ -106,22 +106,17 @@ constexpr TitledKind kKinds[] = {{RayKind::kPrimary, "camera rays"},
                                  {RayKind::kAimed, "at vertices and edges"},
                                  {RayKind::kDiffuse, "in any order"}};
 
-/// The points of one kind, from the fastest on.
-std::vector<ChartPoint> sorted_points(const std::vector<ChartPoint>& points, RayKind kind) {
-    std::vector<ChartPoint> some;
-    std::ranges::copy_if(points, std::back_inserter(some),
-                         [&](const ChartPoint& point) { return point.kind == kind; });
-    std::ranges::stable_sort(some, std::ranges::greater{},
+/// From the fastest on.
+std::vector<ChartPoint> sorted_points(std::vector<ChartPoint> points) {
+    std::ranges::stable_sort(points, std::ranges::greater{},
                              [](const ChartPoint& point) { return point.score.speed().median; });
-    return some;
+    return points;
 }
 
-plot::Panel panel_of(const std::vector<ChartPoint>& points, const TitledKind& rays,
-                     plot::Panel own) {
-    std::vector<ChartPoint> some = sorted_points(points, rays.kind);
-    std::erase_if(some, [](const ChartPoint& point) { return point.method == "brute force"; });
+plot::Panel panel_of(std::vector<ChartPoint> points, const TitledKind& rays, plot::Panel own) {
+    std::erase_if(points, [](const ChartPoint& point) { return point.method == "brute force"; });
     const auto [least, most] =
-        std::ranges::minmax(some, {}, [](const ChartPoint& point) { return point.score.rays; });
+        std::ranges::minmax(points, {}, [](const ChartPoint& point) { return point.score.rays; });
     own["note"] =
         fmt::format("{} to {}", count_text(least.score.rays), count_text(most.score.rays));
     return speed_panel(rays.kind, rays.title, std::move(own));
@@ -165,7 +160,7 @@ std::string ranking(std::span<const ChartPoint> sorted) {
 }
 
 std::string accuracy_title(const std::vector<ChartPoint>& points) {
-    std::vector<ChartPoint> sorted = sorted_points(points, RayKind::kPrimary);
+    std::vector<ChartPoint> sorted = sorted_points(points);
     const auto side = [](const ChartPoint& point) { return in_scene_space(point.family); };
     // The fastest of its side, and the other side.
     std::erase_if(sorted, [&, winner = sorted.front()](const ChartPoint& point) {
@@ -189,7 +184,7 @@ namespace {
 
 /// The fastest methods without a wrong answer and with some, for rays of a kind.
 std::string sentence_of(const std::vector<ChartPoint>& points, const TitledKind& rays) {
-    std::vector<ChartPoint> sorted = sorted_points(points, rays.kind);
+    std::vector<ChartPoint> sorted = sorted_points(points);
     const auto wrong = std::ranges::stable_partition(
         sorted, [](const ChartPoint& point) { return point.score.wrong() == 0; });
     const std::span<const ChartPoint> right(sorted.begin(), wrong.begin());
@@ -216,7 +211,7 @@ constexpr std::array kFrameKinds = {RayKind::kPrimary, RayKind::kAimed};
 /// What one way to update a tree does in one frame.
 struct FrameScore {
     double update_ms = 0;
-    std::string step;
+    std::string step, event;
     /// By kind.
     std::array<Score, kFrameKinds.size()> scores = {};
 
@@ -259,28 +254,28 @@ Updated ours(const char* method, const Topology& topology, const ChartScene& fir
              std::unique_ptr<UpdatePolicy> policy) {
     const auto pose = std::make_shared<Pose>(first.scene_space.positions);
     const std::shared_ptr<Backend> backend = cpu::make_cpu_backend();
-    const auto updater =
-        std::make_shared<TreeUpdater>(topology, *pose, *backend, std::move(policy), BuildConfig{},
-                                      UpdateConfig{}, &first.scene_space.bvh);
-    return {method, "ours",
-            [pose, backend, updater](const ChartScene& frame) {
-                pose->move_to(frame.scene_space.positions);
-                return std::string(name_of(updater->update().step));
-            },
-            [backend](const ChartRays& rays) {
-                return packet_tracer(backend->host_tree(), best_simd_target(), rays.scene_space);
-            },
-            [updater](const Score& score) {
-                updater->frame_done({.ms = score.ms, .rays = score.rays});
-            }};
+    const auto updater = std::make_shared<TreeUpdater>(topology, *pose, *backend, std::move(policy),
+                                                       BuildConfig{}, UpdateConfig{}, &first.bvh);
+    return {
+        method, "ours",
+        [pose, backend, updater](const ChartScene& frame) {
+            pose->move_to(frame.scene_space.positions);
+            return std::string(name_of(updater->update().step));
+        },
+        [backend](const ChartRays& rays) {
+            return our_tracers(backend->host_tree(), best_simd_target(), rays.scene_space).front();
+        },
+        [updater](const Score& score) {
+            updater->frame_done({.ms = score.ms, .rays = score.rays});
+        }};
 }
 
 Updated of_2007(const char* method, const ChartScene& first, bool rebuilds) {
     const auto tree =
-        std::make_shared<PeerTree>(build_paper_tree(first.topology, first.scene_space.positions));
+        std::make_shared<PeerTree>(build_peer_tree(first.topology, first.scene_space.positions));
     return {method, "2007",
             [tree, rebuilds](const ChartScene& frame) {
-                if (rebuilds) *tree = build_paper_tree(frame.topology, frame.scene_space.positions);
+                if (rebuilds) *tree = build_peer_tree(frame.topology, frame.scene_space.positions);
                 refit(*tree, frame.topology, frame.world_space.positions);
                 return std::string(rebuilds ? "rebuild" : "refit");
             },
@@ -332,17 +327,6 @@ std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput
     return methods;
 }
 
-/// The frame by which the traces of the refitted tree have lost more time than a build takes; all
-/// frames if there is none.
-std::size_t lost_build(const Updated& refitted, const Updated& rebuilt) {
-    double lost = 0;
-    for (std::size_t i = 0; i < rebuilt.frames.size(); ++i) {
-        lost += refitted.frames[i].scores[0].ms - rebuilt.frames[i].scores[0].ms;
-        if (lost > rebuilt.frames[i].update_ms) return i;
-    }
-    return rebuilt.frames.size();
-}
-
 }  // namespace
 
 std::size_t count_steps(const Effort& effort, std::span<const ChartInput> inputs) {
@@ -358,7 +342,11 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
     const MakeTracers methods = chart_methods(scene, context.devices);
     const std::string on =
         fmt::format("{} ({} triangles)", input.name, input.topology.triangles.size());
-    std::vector<ChartPoint> points;
+    plot::Figure wrong{.details = context.details};
+    plot::Figure errors{.title =
+                            "Speed against the error of t: 99 % of right answers, from the "
+                            "median to the largest",
+                        .details = context.details};
     std::vector<std::string> notes = {
         "On " + on +
         fmt::format(
@@ -370,24 +358,17 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
             kDisturbed)};
     Table table = table_with({"kind", "method", "family", "space", "shown as"});
     for (const TitledKind& rays : kKinds) {
-        const std::vector<ChartPoint> some =
+        const std::vector<ChartPoint> points =
             measure(scene, methods, rays.kind, context.effort, context.done);
-        notes.push_back(sentence_of(some, rays));
-        for (const ChartPoint& point : some) {
+        notes.push_back(sentence_of(points, rays));
+        for (const ChartPoint& point : points) {
             add_row(table,
-                    {name_of(point.kind), point.method, point.family,
+                    {name_of(rays.kind), point.method, point.family,
                      in_scene_space(point.family) ? "scene" : "world",
-                     shown_as(point, sorted_points(some, rays.kind))},
+                     shown_as(point, sorted_points(points))},
                     point.score);
         }
-        points.insert(points.end(), some.begin(), some.end());
-    }
-    plot::Figure wrong{.title = accuracy_title(points), .details = context.details};
-    plot::Figure errors{.title =
-                            "Speed against the error of t: 99 % of right answers, from the "
-                            "median to the largest",
-                        .details = context.details};
-    for (const TitledKind& rays : kKinds) {
+        if (rays.kind == RayKind::kPrimary) wrong.title = accuracy_title(points);
         wrong.panels.push_back(panel_of(points, rays, kAgainstWrong));
         if (rays.kind != RayKind::kShadow)
             errors.panels.push_back(panel_of(points, rays, kAgainstError));
@@ -412,47 +393,50 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
 
 Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                         const std::string& suffix) {
-    const std::vector<Updated> methods = follow_frames(context, input);
-    const Updated &refitted = methods[0], &rebuilt = methods[2], &automatic = methods[3],
-                  &refit_2007 = methods[4], &rebuild_2007 = methods[5];
+    std::vector<Updated> methods = follow_frames(context, input);
+    Updated &refitted = methods[0], &rebuilt = methods[2], &automatic = methods[3],
+            &refit_2007 = methods[4], &rebuild_2007 = methods[5];
     const bool unsure = refitted.is_unsure() || rebuilt.is_unsure() || refit_2007.is_unsure() ||
                         rebuild_2007.is_unsure();
-    const std::size_t never = input.frames.size();
-    const std::size_t lost = unsure ? never : lost_build(refitted, rebuilt);
-    const std::size_t lost_2007 = unsure ? never : lost_build(refit_2007, rebuild_2007);
+    // Marks the frame by which traces have lost more time than a build takes, and says which it is.
+    const auto mark_lost_build = [&](Updated& refits, const Updated& rebuilds) -> std::string {
+        double lost = 0;
+        for (std::size_t i = 0; i < input.frames.size() && !unsure; ++i) {
+            lost += refits.frames[i].scores[0].ms - rebuilds.frames[i].scores[0].ms;
+            if (lost <= rebuilds.frames[i].update_ms) continue;
+            refits.frames[i].event = "a build lost";
+            return "by frame " + number(input.frame_numbers[i]);
+        }
+        return "in no frame";
+    };
+    const std::string lost = mark_lost_build(refitted, rebuilt);
+    const std::string lost_2007 = mark_lost_build(refit_2007, rebuild_2007);
+    std::vector<std::string> remedies;
+    for (std::size_t i = 0; i < input.frames.size(); ++i) {
+        FrameScore& one = automatic.frames[i];
+        if (one.step != "rebuild" && one.step != "swap" && one.step != "restructure") continue;
+        one.event = one.step;
+        remedies.push_back(fmt::format("{} ({})", number(input.frame_numbers[i]), one.step));
+    }
     Table table =
         table_with({"kind", "frame", "method", "family", "update [ms]", "frame [ms]", "event"});
-    std::vector<std::string> remedies;
+    // Curves are made of rows that follow each other.
     for (std::size_t kind = 0; kind < kFrameKinds.size(); ++kind) {
-        // Curves are made of rows that follow each other.
         for (const Updated& method : methods) {
-            for (std::size_t i = 0; i < never; ++i) {
+            for (std::size_t i = 0; i < input.frames.size(); ++i) {
                 const FrameScore& one = method.frames[i];
-                const std::string frame = number(input.frame_numbers[i]);
-                std::string event;
-                if ((&method == &refitted && i == lost) ||
-                    (&method == &refit_2007 && i == lost_2007))
-                    event = "a build lost";
-                if (&method == &automatic &&
-                    (one.step == "rebuild" || one.step == "swap" || one.step == "restructure")) {
-                    event = one.step;
-                    if (kind == 0) remedies.push_back(fmt::format("{} ({})", frame, one.step));
-                }
                 add_row(table,
-                        {name_of(kFrameKinds[kind]), frame, method.method, method.family,
-                         number(one.update_ms), number(one.ms()), event},
+                        {name_of(kFrameKinds[kind]), number(input.frame_numbers[i]), method.method,
+                         method.family, number(one.update_ms), number(one.ms()), one.event},
                         one.scores[kind]);
             }
         }
     }
-    const auto when = [&](std::size_t frame) {
-        return frame == never ? "in no frame" : "by frame " + number(input.frame_numbers[frame]);
-    };
     plot::Figure figure{
         .title = unsure ? "Refitted trees: disturbed, so when a rebuild pays is not told"
                         : fmt::format("Refitted trees have lost more than a build takes: 2007 {}, "
                                       "morphray {}",
-                                      when(lost_2007), when(lost)),
+                                      lost_2007, lost),
         .details = context.details};
     const plot::Panel lines{{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}};
     plot::Panel& speeds = figure.panels.emplace_back(speed_panel(
@@ -491,10 +475,8 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         std::string family;
         /// On the scene of this row.
         Score score = {};
-        /// The time of a ray on the first scene, and the largest multiple of it.
+        /// The time of a ray on the first scene.
         double ordinary = 0;
-        double slowest = 1;
-        std::string slowest_scene = {};
         /// On how many scenes it is wrong.
         std::size_t failures = 0;
     };
@@ -516,9 +498,7 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
             for (const ChartPoint& point : measure(scene, tracers, kind, effort, [] {})) {
                 auto column = std::ranges::find(columns, point.method, &Column::method);
                 if (column == columns.end())
-                    column = columns.insert(
-                        column,
-                        {.method = point.method, .family = point.family, .slowest_scene = name});
+                    column = columns.insert(column, {point.method, point.family});
                 column->score += point.score;
             }
         }
@@ -527,27 +507,15 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
             column.score.mrays = {column.score.mrays_per_second()};
             const double time = column.score.ms / static_cast<double>(column.score.rays);
             if (row == 0) column.ordinary = time;
-            const double ratio = time / column.ordinary;
-            if (ratio > column.slowest) {
-                column.slowest = ratio;
-                column.slowest_scene = name;
-            }
             column.failures += column.score.wrong() > 0;
-            add_row(table, {name, column.method, column.family, number(ratio)}, column.score);
+            add_row(table, {name, column.method, column.family, number(time / column.ordinary)},
+                    column.score);
         }
         context.done();
     }
-    std::vector<std::string> slow;
     std::vector<std::string> failures;
-    for (const Column& column : columns) {
-        slow.push_back(
-            fmt::format("{} {:.2g} ({})", column.method, column.slowest, column.slowest_scene));
+    for (const Column& column : columns)
         failures.push_back(fmt::format("{} on {}", column.method, column.failures));
-    }
-    std::vector<std::string> notes = {fmt::format("Wrong on so many of {} scenes: {}.",
-                                                  inputs.size(), fmt::join(failures, ", "))};
-    for (const ChartInput& input : inputs)
-        if (!input.breaks.empty()) notes.push_back(input.name + ": " + input.breaks);
     const auto map = [&](std::string title, const char* shade, const char* percent) {
         return plot::Figure{.title = std::move(title),
                             .details = context.details,
@@ -564,13 +532,14 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         {{"failures",
           map("Wrong answers per million (% from 10,000 on), on scenes that break methods",
               "wrong [1/million]", "yes"),
-          std::move(notes)},
+          {fmt::format("Wrong on so many of {} scenes: {}.", inputs.size(),
+                       fmt::join(failures, ", "))}},
          {"failures_t",
           map("Error of t of right answers: 99 % are at most so many ulp off", "t 99 % [ulp]", ""),
           {}},
          {"failures_time",
           map("Time of a ray over that on the first scene", "time [1/ordinary]", ""),
-          {fmt::format("Slowest: {}.", fmt::join(slow, ", "))}}}};
+          {}}}};
 }
 
 }  // namespace mray::lab

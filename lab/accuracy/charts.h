@@ -37,7 +37,7 @@ std::size_t count_steps(const Effort& effort, std::span<const ChartInput> inputs
 /// Which of these methods is the fastest, or that they are disturbed or not told apart: their
 /// quartiles overlap. They begin with the fastest median.
 std::string ranking(std::span<const ChartPoint> sorted);
-/// What the first figure shows of camera rays.
+/// What the first figure shows of camera rays, which these points are of.
 std::string accuracy_title(const std::vector<ChartPoint>& points);
 
 /// Speed against wrong answers, of some methods and of all, and against the error of t, for each

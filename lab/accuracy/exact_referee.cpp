@@ -3,14 +3,13 @@
 #include <gmpxx.h>
 
 #include <cmath>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <numbers>
 #include <optional>
 #include <tuple>
 
-#include "common/bvh/box.h"
+#include "common/bvh/builder/binary_tree.h"
 
 namespace mray::lab {
 namespace {
@@ -250,18 +249,11 @@ Polygon clipped(Polygon polygon, const std::vector<Affine>& region) {
     return polygon;
 }
 
-/// Whether the whole polygon is outside one of the half-planes.
-bool is_beyond(const Polygon& polygon, const std::vector<Affine>& region) {
-    return std::ranges::any_of(region, [&](const Affine& half) {
-        return std::ranges::none_of(polygon, [&](const dvec2& p) { return half.at(p) > 0; });
-    });
-}
-
 /// The parts of convex pieces outside a convex region. Pieces that do not meet it stay whole.
 std::vector<Polygon> without(std::vector<Polygon> pieces, const std::vector<Affine>& region) {
     std::vector<Polygon> left;
     for (Polygon& rest : pieces) {
-        if (is_beyond(rest, region) || !is_wide(clipped(rest, region))) {
+        if (!is_wide(clipped(rest, region))) {
             left.push_back(std::move(rest));
             continue;
         }
@@ -295,13 +287,6 @@ std::vector<Affine> inside(const Corners& corner) {
         halves.push_back(double_area(corner) < 0 ? -line : line);
     }
     return halves;
-}
-
-/// Whether all corners are on the far side of a line beside the circle of radius 1.
-bool is_aside(const Corners& p) {
-    const dvec3 lower = glm::min(glm::min(p[0], p[1]), p[2]);
-    const dvec3 upper = glm::max(glm::max(p[0], p[1]), p[2]);
-    return lower.x > 1 || lower.y > 1 || upper.x < -1 || upper.y < -1;
 }
 
 /// t of the ray on the triangle's plane.
@@ -388,7 +373,6 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
     for (const Seen& one : triangles_) {
         if (one.prim_id == prim_id) continue;
         const Corners corner = in_radii(one.corner);
-        if (is_aside(corner)) continue;
         std::vector<Affine> halves = inside(corner);
         const Affine t = depth(corner);
         add_range(ray_, t, halves);
@@ -414,13 +398,12 @@ constexpr double kNearEdge = 0x1p-12;
 // Far above the 2^-53 of a double, far below the resolution of a tracer in float.
 constexpr double kRounding = 0x1p-40;
 
-bool meets(const Box& box, const Ray& ray, double margin) {
-    if (box.empty()) return false;
+bool meets(const PeerNode& node, const Ray& ray, double margin) {
     double enter = 0;
     double leave = INFINITY;
     for (int axis = 0; axis < 3; ++axis) {
-        const double lower = box.lower[axis] - margin - ray.org[axis];
-        const double upper = box.upper[axis] + margin - ray.org[axis];
+        const double lower = node.lower[axis] - margin - ray.org[axis];
+        const double upper = node.upper[axis] + margin - ray.org[axis];
         const double dir = ray.dir[axis];
         // A ray parallel to the slab is inside or outside.
         if (dir == 0 && (lower > 0 || upper < 0)) return false;
@@ -437,12 +420,6 @@ double largest_magnitude(vec3 v) {
     return std::max({std::abs(double{v.x}), std::abs(double{v.y}), std::abs(double{v.z})});
 }
 
-double largest_of(const Bvh& bvh) {
-    const Box box = node_box(bvh.nodes[0]);
-    if (box.empty()) return 0;
-    return std::max(largest_magnitude(box.lower), largest_magnitude(box.upper));
-}
-
 bool is_usable(vec3 p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) &&
            p != vec3(kInvalidCoordinate);
@@ -452,21 +429,18 @@ bool is_usable(vec3 p) {
 
 std::vector<std::uint32_t> ExactReferee::find_candidates(const Ray& ray, double margin) const {
     std::vector<std::uint32_t> found;
-    const double around = margin + rounding_ + kRounding * largest_magnitude(ray.org);
-    std::array<std::uint32_t, kMaxStack> stack;
-    std::size_t size = 0;
-    stack[size++] = 0;
+    if (tree_->nodes.empty()) return found;
+    const double around = margin + kRounding * (largest_ + largest_magnitude(ray.org));
+    std::array<std::uint32_t, kMaxBinaryHeight + 2> stack = {0};
+    std::size_t size = 1;
     while (size != 0) {
-        const std::uint32_t child = stack[--size];
-        if (is_leaf(child)) {
-            for (const std::uint32_t prim_id : bvh_->leaves[leaf_of(child)].prim_id)
-                if (prim_id != kNoPrim) found.push_back(prim_id);
-            continue;
-        }
-        const Node& node = bvh_->nodes[child];
-        for_each_child(node, [&](std::uint32_t slot, std::uint32_t below) {
-            if (meets(slot_box(node, slot), ray, around)) stack[size++] = below;
-        });
+        const PeerNode& node = tree_->nodes[stack[--size]];
+        if (!meets(node, ray, around)) continue;
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+            found.push_back(tree_->triangles[i].prim_id);
+        if (node.count != 0) continue;
+        stack[size++] = node.first;
+        stack[size++] = node.first + 1;
     }
     return found;
 }
@@ -479,11 +453,11 @@ double ulp_of(double t) {
 bool is_wrong(Verdict verdict) { return verdict > Verdict::kBeside; }
 
 ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> positions,
-                           const Bvh& bvh)
-    : topology_(&topology),
-      positions_(positions),
-      bvh_(&bvh),
-      rounding_(kRounding * largest_of(bvh)) {
+                           const PeerTree& tree)
+    : topology_(&topology), positions_(positions), tree_(&tree) {
+    if (!tree.nodes.empty())
+        largest_ = std::max(largest_magnitude(tree.nodes[0].lower),
+                            largest_magnitude(tree.nodes[0].upper));
     for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
         const auto [a, b, c] = corners(id);
         usable_.push_back(is_usable(a) && is_usable(b) && is_usable(c) && a != b && b != c &&
@@ -581,7 +555,7 @@ Verdict ExactReferee::judge_occlusion(const Ray& ray, const Truth& truth, bool o
     if (occluded == near_truth.hit()) return Verdict::kClose;
     if (!occluded) return judge(near, near_truth, kNoPrim);
     // The widest margin that any triangle can have.
-    const double most = 4 * kDisplacement * (largest_of(*bvh_) + largest_magnitude(ray.org));
+    const double most = 4 * kDisplacement * (largest_ + largest_magnitude(ray.org));
     for (const std::uint32_t id : find_candidates(near, most))
         if (seen_nearby(near, near_truth, id)) return Verdict::kDisplaced;
     return Verdict::kFalseHit;

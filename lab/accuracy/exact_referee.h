@@ -3,9 +3,8 @@
 
 #include <glm/vec3.hpp>
 
-#include "common/bvh/bvh.h"
 #include "common/interop/ray.h"
-#include "common/scene/mesh.h"
+#include "lab/methods/peer_tree.h"
 
 namespace mray::lab {
 
@@ -123,9 +122,10 @@ bool is_wrong(Verdict verdict);
 /// Computes exact answers and judges those of methods. Thread-safe.
 class ExactReferee {
 public:
-    /// The arguments outlive the referee. Positions are the tracer's, in any space. Triangles with
-    /// a vertex that is not finite (or kInvalidCoordinate on all axes) are never hit.
-    ExactReferee(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh);
+    /// The arguments outlive the referee. Positions are the tracer's, in any space, and the tree is
+    /// around them. Triangles with a vertex that is not finite (or kInvalidCoordinate on all axes)
+    /// are never hit.
+    ExactReferee(const Topology& topology, std::span<const vec3> positions, const PeerTree& tree);
 
     Truth closest(const Ray& ray) const;
     Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
@@ -149,9 +149,9 @@ private:
 
     const Topology* topology_;
     std::span<const vec3> positions_;
-    const Bvh* bvh_;
-    /// By how much boxes are enlarged for rounding, from the largest coordinate.
-    double rounding_;
+    const PeerTree* tree_;
+    /// Coordinate; boxes are enlarged for rounding by a part of it.
+    double largest_ = 0;
     /// 0 for triangles that are never hit because of a corner, or two corners in one point.
     std::vector<std::uint8_t> usable_;
 };

@@ -26,13 +26,9 @@ namespace fs = std::filesystem;
 
 void require_new_folder(const fs::path& path) {
     std::error_code error;
-    if (!fs::exists(path, error)) return;
-    if (!fs::is_directory(path, error))
+    if (fs::exists(path, error) && !(fs::is_directory(path, error) && fs::is_empty(path, error)))
         throw Error(ErrorKind::kOutput,
-                    path.string() + ": is not a folder; name one that does not exist yet");
-    if (!fs::is_empty(path, error))
-        throw Error(ErrorKind::kOutput,
-                    path.string() + ": is not empty; name another folder, or empty this one");
+                    path.string() + ": is not an empty folder; name one that does not exist yet");
 }
 
 ChartInput read_input(const std::string& scene, bool lenient, int most_frames) {
@@ -208,11 +204,6 @@ void draw_charts(const std::vector<std::string>& arguments) {
 
 constexpr int kInternal = 70;
 
-/// The exit codes of `morphray` (app/base/messages.h), which are in the order of the kinds.
-int exit_code_of(ErrorKind kind) {
-    return kind <= ErrorKind::kDeviceLost ? 2 + static_cast<int>(kind) : kInternal;
-}
-
 }  // namespace
 }  // namespace mray::lab
 
@@ -224,7 +215,9 @@ int main(int argc, char** argv) {
         const bool begins_with_file =
             error.kind() == mray::ErrorKind::kBadInput || error.kind() == mray::ErrorKind::kOutput;
         fmt::print(stderr, "{}{}\n", begins_with_file ? "" : "morphray: ", error.what());
-        return mray::lab::exit_code_of(error.kind());
+        // The exit codes of `morphray` (app/base/messages.h) are in the order of the kinds.
+        return error.kind() <= mray::ErrorKind::kDeviceLost ? 2 + static_cast<int>(error.kind())
+                                                            : mray::lab::kInternal;
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray: internal error: {}; please report it\n", error.what());
         return mray::lab::kInternal;

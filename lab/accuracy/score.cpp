@@ -7,34 +7,26 @@
 namespace mray::lab {
 namespace {
 
-/// The probability that at most k of n trials succeed, each with probability p.
+/// The probability that at most k of n trials succeed, each with probability p, for k <= n p.
 double at_most(double k, double n, double p) {
-    // Sums from the largest term in both directions, in which the terms decay fast.
-    const double top = std::min(k, std::floor(n * p));
-    const double largest =
-        std::exp(std::lgamma(n + 1) - std::lgamma(top + 1) - std::lgamma(n - top + 1) +
-                 top * std::log(p) + (n - top) * std::log1p(-p));
+    double term = std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
+                           k * std::log(p) + (n - k) * std::log1p(-p));
     double sum = 0;
-    double term = largest;
-    for (double i = top; i >= 0 && term > 1e-18 * sum; --i) {
+    // Terms decay fast.
+    for (double i = k; i >= 0 && term > 1e-18 * sum; --i) {
         sum += term;
         term *= i / (n - i + 1) * ((1 - p) / p);
-    }
-    term = largest;
-    for (double i = top; i < k && term > 1e-18 * sum; ++i) {
-        term *= (n - i) / (i + 1) * (p / (1 - p));
-        sum += term;
     }
     return sum;
 }
 
-/// The p at which at_most() has this value.
-double success_rate(double k, double n, double value) {
-    double lower = 0;
+/// The p at which at_most() is 2.5 %.
+double upper_rate(double k, double n) {
+    double lower = k / n;
     double upper = 1;
     for (int i = 0; i < 100; ++i) {
         const double middle = 0.5 * (lower + upper);
-        (at_most(k, n, middle) > value ? lower : upper) = middle;
+        (at_most(k, n, middle) > 0.025 ? lower : upper) = middle;
     }
     return upper;
 }
@@ -45,9 +37,8 @@ Rate rate_of(std::uint64_t count, std::uint64_t trials) {
     if (trials == 0) return {};
     const auto k = static_cast<double>(count);
     const auto n = static_cast<double>(trials);
-    constexpr double kTail = 0.025;
-    return {k / n, count == 0 ? 0 : success_rate(k - 1, n, 1 - kTail),
-            count == trials ? 1 : success_rate(k, n, kTail)};
+    return {k / n, count == 0 ? 0 : 1 - upper_rate(n - k, n),
+            count == trials ? 1 : upper_rate(k, n)};
 }
 
 void ErrorCounts::add(double error) {

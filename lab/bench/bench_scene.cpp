@@ -5,6 +5,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "lab/methods/random.h"
 
 namespace mray::lab {
 namespace {
@@ -16,7 +17,7 @@ struct Window {
     std::uint32_t x;
     std::uint32_t y;
     std::uint32_t side;
-    /// The share of its pixels that are hits, from 0 to 1.
+    /// The share of its pixels that are hits, at most kFullShare.
     double hit_share;
 };
 
@@ -44,68 +45,26 @@ Window find_full_window(const Camera& camera, const Bvh& bvh) {
         };
         return off(window.x) + off(window.y);
     };
-    std::optional<Window> fullest;
+    Window best{0, 0, kProbeSide, 0};
     for (std::uint32_t size = kProbeSide; size >= kProbeSide / kMaxZoom; --size) {
-        std::optional<Window> full;
         for (std::uint32_t y = 0; y + size <= kProbeSide; ++y) {
             for (std::uint32_t x = 0; x + size <= kProbeSide; ++x) {
                 const std::uint32_t hits =
                     sum(x + size, y + size) - sum(x, y + size) - sum(x + size, y) + sum(x, y);
-                const Window window{x, y, size, double(hits) / (double(size) * size)};
-                if (!fullest || window.hit_share > fullest->hit_share) fullest = window;
-                if (window.hit_share < kFullShare) continue;
-                if (!full || off_middle(window) < off_middle(*full)) full = window;
+                const double share = std::min(hits / (double(size) * size), kFullShare);
+                const Window window{x, y, size, share};
+                if (share > best.hit_share ||
+                    (share == kFullShare && off_middle(window) < off_middle(best)))
+                    best = window;
             }
         }
-        if (full) return *full;
+        if (best.hit_share == kFullShare) break;
     }
-    return *fullest;
-}
-
-std::vector<vec3> nudged(std::vector<vec3> positions) {
-    for (vec3& p : positions) {
-        for (int axis = 0; axis < 3; ++axis) p[axis] = std::nextafter(p[axis], 0.0f);
-    }
-    return positions;
-}
-
-/// The extent of all whole frames, since a benchmark traces several of them from one camera.
-PoseExtent extent_of_frames(const Animation& animation) {
-    PoseExtent all;
-    std::vector<vec3> positions(animation.topology().vertex_count);
-    for (double frame = animation.first_frame(); frame <= animation.last_frame(); ++frame) {
-        animation.positions(frame, positions);
-        all.add(positions);
-    }
-    return all;
+    return best;
 }
 
 /// The field of view of views from inside, in degrees.
 constexpr double kInsideFov = 70;
-
-/// Numbers of a fixed sequence.
-class Numbers {
-public:
-    /// In [0, 1).
-    float next() {
-        state_ = state_ * 6364136223846793005u + 1442695040888963407u;
-        return static_cast<float>(state_ >> 40) * 0x1p-24f;
-    }
-    std::size_t below(std::size_t count) {
-        const auto index = static_cast<std::size_t>(double{next()} * static_cast<double>(count));
-        return std::min(index, count - 1);
-    }
-    /// In [-1, 1) on each axis.
-    vec3 offset() {
-        const float x = 2 * next() - 1;
-        const float y = 2 * next() - 1;
-        const float z = 2 * next() - 1;
-        return {x, y, z};
-    }
-
-private:
-    std::uint64_t state_ = 1;
-};
 
 Box box_of_vertices(const BenchScene& scene) {
     Box box;
@@ -114,8 +73,8 @@ Box box_of_vertices(const BenchScene& scene) {
     return box;
 }
 
-vec3 point_in(const Box& box, Numbers& numbers) {
-    return box.lower + (box.upper - box.lower) * (0.5f * (numbers.offset() + vec3(1, 1, 1)));
+vec3 point_in(const Box& box, Random& random) {
+    return box.lower + (box.upper - box.lower) * (vec3(random.point(0.5)) + vec3(0.5f));
 }
 
 }  // namespace
@@ -155,49 +114,57 @@ std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
     return positions;
 }
 
-BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
+BenchScene open_bench_scene(const std::string& spec, std::uint32_t size) {
     BenchScene scene;
     scene.name = spec;
     AnimationOptions lenient;
     lenient.lenient = true;
     scene.animation = open_scene(spec, lenient);
     const Animation& animation = *scene.animation;
-    scene.space = space_of_pose(animation.bounds(), extent_of_frames(animation));
+    // Several frames are traced from one camera.
+    PoseExtent extent;
+    std::vector<vec3> positions(animation.topology().vertex_count);
+    for (double frame = animation.first_frame(); frame <= animation.last_frame(); ++frame) {
+        animation.positions(frame, positions);
+        extent.add(positions);
+    }
+    scene.space = space_of_pose(animation.bounds(), extent);
     const double middle = std::floor((animation.first_frame() + animation.last_frame()) / 2);
     scene.positions = positions_at(scene, middle);
-    scene.moved = animation.last_frame() > animation.first_frame()
-                      ? positions_at(scene, std::min(middle + 1, animation.last_frame()))
-                      : nudged(scene.positions);
-    scene.bvh = build_bvh(animation.topology(), scene.positions);
-    ViewSpec filled = view;
-    if (const std::optional<InsideView> inside = animation.inside_view()) {
-        filled.eye = inside->eye;
-        filled.target = inside->target;
-        filled.light = inside->light;
-        filled.fov = kInsideFov;
-    } else {
-        filled = fill_view(view, animation.bounds(), scene.space, scene.bvh);
+    scene.moved = positions_at(scene, std::min(middle + 1, animation.last_frame()));
+    if (animation.last_frame() == animation.first_frame()) {
+        for (vec3& p : scene.moved)
+            for (int axis = 0; axis < 3; ++axis) p[axis] = std::nextafter(p[axis], 0.0f);
     }
-    scene.params = make_image_params(filled, animation.bounds(), scene.space);
+    scene.bvh = build_bvh(animation.topology(), scene.positions);
+    ViewSpec view;
+    view.width = view.height = size;
+    if (const std::optional<InsideView> inside = animation.inside_view()) {
+        view.eye = inside->eye;
+        view.target = inside->target;
+        view.light = inside->light;
+        view.fov = kInsideFov;
+    } else {
+        view = fill_view(view, animation.bounds(), scene.space, scene.bvh);
+    }
+    scene.params = make_image_params(view, animation.bounds(), scene.space);
     scene.primary = make_primary_rays(scene.params);
     scene.hits = trace_all(reference_tracer(scene.bvh, scene.primary), scene.primary).hits;
     return scene;
 }
 
 RaySet BenchScene::rays(RayKind kind) const {
-    // As many rays in all as an image has pixels, so that each kind takes about as long.
     constexpr std::uint32_t kAoSamples = 4;
     if (kind == RayKind::kPrimary) return primary;
     if (kind == RayKind::kOneRay) return make_primary_rays(params, kind);
-    return make_secondary_rays(primary, hits, {&topology(), positions}, kind, kAoSamples,
-                               primary.rays.size());
+    return make_secondary_rays(primary, hits, {&topology(), positions}, kind, kAoSamples);
 }
 
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count) {
     const Box box = box_of_vertices(scene);
-    Numbers numbers;
+    Random random(1);
     std::vector<vec3> points(count);
-    for (vec3& p : points) p = point_in(box, numbers);
+    for (vec3& p : points) p = point_in(box, random);
     return points;
 }
 
@@ -205,44 +172,34 @@ std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count
     const std::vector<uvec3>& triangles = scene.topology().triangles;
     const Box box = box_of_vertices(scene);
     const vec3 sides = box.upper - box.lower;
-    const float reach = 0.01f * std::max({sides.x, sides.y, sides.z});
-    Numbers numbers;
+    const double reach = 0.01 * std::max({sides.x, sides.y, sides.z});
+    Random random(1);
     std::vector<vec3> points(count);
     for (vec3& point : points) {
-        const uvec3 t = triangles[numbers.below(triangles.size())];
-        float u = numbers.next();
-        float v = numbers.next();
-        if (u + v > 1) {
-            u = 1 - u;
-            v = 1 - v;
-        }
+        const uvec3 t = triangles[random.below(triangles.size())];
         const vec3 a = scene.positions[t.x];
         const vec3 b = scene.positions[t.y];
         const vec3 c = scene.positions[t.z];
-        const vec3 offset = reach * numbers.offset();
+        // Uniform over the triangle.
+        const double v = 1 - std::sqrt(random.real(0, 1));
+        const double u = random.real(0, 1 - v);
         const bool finite = is_finite_vertex(a) && is_finite_vertex(b) && is_finite_vertex(c);
-        point = (finite ? a + u * (b - a) + v * (c - a) : vec3(0, 0, 0)) + offset;
+        const vec3 place = finite ? a + float(u) * (b - a) + float(v) * (c - a) : vec3(0);
+        point = place + vec3(random.point(reach));
     }
     return points;
 }
 
 std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count) {
     const Box box = box_of_vertices(scene);
-    Numbers numbers;
+    Random random(1);
     std::vector<Ray> rays(count);
     for (Ray& ray : rays) {
-        const vec3 org = point_in(box, numbers);
-        vec3 dir = numbers.offset();
-        while (glm::dot(dir, dir) > 1 || glm::dot(dir, dir) < 0.01f) dir = numbers.offset();
+        const vec3 org = point_in(box, random);
+        vec3 dir(random.point(1));
+        while (glm::dot(dir, dir) > 1 || glm::dot(dir, dir) < 0.01f) dir = vec3(random.point(1));
         ray = {org, 0, dir, kInfiniteT};
     }
-    return rays;
-}
-
-std::vector<Ray> rays_up(std::span<const vec3> points) {
-    std::vector<Ray> rays;
-    rays.reserve(points.size());
-    for (const vec3& p : points) rays.push_back({p, 0, {0, 0, 1}, kInfiniteT});
     return rays;
 }
 

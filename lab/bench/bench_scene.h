@@ -40,8 +40,8 @@ inline constexpr std::uint32_t kMaxZoom = 8;
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 
-/// In a closed scene from inside. `view` gives the size. Throws what open_scene throws.
-BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
+/// In a closed scene from inside. The image is a square. Throws what open_scene throws.
+BenchScene open_bench_scene(const std::string& spec, std::uint32_t size);
 
 /// Points in any order in the box of all finite vertices. The same on each call.
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);
@@ -50,6 +50,5 @@ std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count
 
 /// Rays without an end from points_in_box() in directions of all kinds, in any order.
 std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count);
-std::vector<Ray> rays_up(std::span<const vec3> points);
 
 }  // namespace mray::lab

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <deque>
@@ -51,8 +50,9 @@ struct Rig {
     std::uint64_t compare_trees(const Bvh& ours, const EmbreeScene& theirs) const {
         const RaySet& primary = scene.primary;
         return arena.execute([&] {
+            const Tracer peer = tile_tracer("", embree_tiles(theirs), primary);
             return count_mismatches(primary, trace_all(reference_tracer(ours, primary), primary),
-                                    trace_all(embree_tracer(theirs, primary), primary));
+                                    trace_all(peer, primary));
         });
     }
 };
@@ -203,7 +203,7 @@ struct NoTracer final : cpu::ImageTracer {
 PlayFrame paper_frames(const Played& played, ThreadArena& arena) {
     const RaySet& primary = played.scene.primary;
     const auto tree =
-        std::make_shared<PeerTree>(build_paper_tree(played.topology(), played.poses.front()));
+        std::make_shared<PeerTree>(build_peer_tree(played.topology(), played.poses.front()));
     return [&played, &primary, &arena, tree, camera = paper_tracer(*tree, primary),
             shader = std::make_shared<const NoTracer>()](std::size_t number, Frame& frame) {
         const double to_hits_ms = timed([&] {
@@ -277,7 +277,7 @@ void bench_trace(const Rig& rig, std::span<const EmbreeVariant> embree, const Ra
     PeerTree paper_tree;
     std::vector<Tracer> tracers = finalists_of(embree_peers(embree, set), rig.arena, parts);
     if (set.in_packets()) {
-        paper_tree = build_paper_tree(rig.topology(), rig.scene.positions);
+        paper_tree = build_peer_tree(rig.topology(), rig.scene.positions);
         tracers.push_back(paper_tracer(paper_tree, set));
     }
     const std::size_t peers = tracers.size();
@@ -456,10 +456,10 @@ void bench_queries(const Rig& rig) {
                 for (std::size_t i = 0; i < rig.pixels(); ++i) count += differs(peer, i);
                 return count;
             };
-            methods.push_back({way + peer.name(),
+            methods.push_back({way + peer.name,
                                {},
                                timing(rig.arena, [&] { run_peer(peer); }),
-                               peer.group(),
+                               peer.group,
                                differences});
         }
         rig.compare({work, kNs, rig.pixels()}, methods);
@@ -475,7 +475,7 @@ void bench_queries(const Rig& rig) {
             [&, &points = points](EmbreeQueries& peer) { peer.find_closest(points); },
             [&](const EmbreeQueries& peer, std::size_t i) {
                 const double a = found[i].distance;
-                const double b = peer.nearest()[i].distance;
+                const double b = peer.nearest[i].distance;
                 return a != b && std::abs(a - b) / (2 * kExtent) > kMostDifference;
             });
     }
@@ -493,13 +493,12 @@ void bench_queries(const Rig& rig) {
             "count", is_image ? "camera" : "random",
             [&] { ours.count(queried, counts, morphray::Crossing::each, known); }, "filter, ",
             [&](EmbreeQueries& peer) { peer.count(rays, is_image); },
-            [&](const EmbreeQueries& peer, std::size_t i) {
-                return counts[i] != peer.counts()[i];
-            });
+            [&](const EmbreeQueries& peer, std::size_t i) { return counts[i] != peer.counts[i]; });
     }
     for (const auto& [where, points] : places) {
         std::vector<std::uint8_t> inside(points.size());
-        const std::vector<Ray> rays = rays_up(points);
+        std::vector<Ray> rays;
+        for (const vec3& p : points) rays.push_back({p, 0, {0, 0, 1}, kInfiniteT});
         // By the rule that Embree's hits of a half-line can follow, too.
         compare(
             "contains", where,
@@ -508,7 +507,7 @@ void bench_queries(const Rig& rig) {
             },
             "filter, ", [&](EmbreeQueries& peer) { peer.count(rays, false); },
             [&](const EmbreeQueries& peer, std::size_t i) {
-                return inside[i] != peer.counts()[i] % 2;
+                return inside[i] != peer.counts[i] % 2;
             });
     }
 }
@@ -543,7 +542,7 @@ int bench_beside_embree(const BenchOptions& options) {
             kEmbreeHasStreams ? "" : ", which has no streams", tunings, options.line),
         options.csv);
     for (const std::string& spec : options.scenes) {
-        const BenchScene scene = open_bench_scene(spec, options.view);
+        const BenchScene scene = open_bench_scene(spec, options.size);
         // All rays are made before anything is timed.
         std::vector<RaySet> traced;
         for (const RayKind kind : kAllKinds)

@@ -1,7 +1,6 @@
 // What the command lines of the benchmark can say, and the programs that take them.
 #pragma once
 
-#include "common/scene/camera_setup.h"
 #include "common/simd/simd_target.h"
 
 namespace mray::lab {
@@ -14,8 +13,8 @@ struct BenchOptions {
                                       "one-ray", "refit",  "build"};
     std::vector<int> threads = {1, 2};
     int repeat = 5;
-    /// A square.
-    ViewSpec view;
+    /// Of a square image.
+    std::uint32_t size = 1024;
     std::string csv;
     /// The shared objects of two builds, and instruction sets.
     std::string this_build, other_build;

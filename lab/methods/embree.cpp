@@ -183,15 +183,6 @@ void make_camera_rays(const Camera& camera, std::uint32_t x0, std::uint32_t y0, 
     }
 }
 
-/// Copies directions and ends; the origin is that of the record.
-void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record) {
-    std::memcpy(record.dir_x, rays.dir[0], sizeof(rays.dir[0]));
-    std::memcpy(record.dir_y, rays.dir[1], sizeof(rays.dir[1]));
-    std::memcpy(record.dir_z, rays.dir[2], sizeof(rays.dir[2]));
-    std::memcpy(record.tfar, rays.tfar, sizeof(rays.tfar));
-    std::memset(record.tnear, 0, sizeof(record.tnear));
-}
-
 template <class HitRecord>
 Hit hit_of(HitRecord& record, std::size_t i) {
     static_assert(kNoPrim == RTC_INVALID_GEOMETRY_ID);
@@ -207,7 +198,7 @@ template <class AnyHits, class ClosestHits, std::size_t kMost = 1>
 class EmbreeTracer : public cpu::ImageTracer {
 public:
     EmbreeTracer(const EmbreeScene& scene, bool is_coherent)
-        : ImageTracer(best_simd_target()), scene_(scene.handle()), is_coherent_(is_coherent) {}
+        : ImageTracer(best_simd_target()), scene_(scene.handle.get()), is_coherent_(is_coherent) {}
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
         trace<ClosestHits>(rays, [&](std::size_t ray, ClosestHits& record, std::size_t i) {
@@ -294,7 +285,11 @@ public:
             for (std::uint32_t i = 0; i < kPacketSize; ++i)
                 any |= mask[i] = -int{rays[block].has(i)};
             if (any == 0) continue;
-            copy_shadow_rays(rays[block], record);
+            std::memcpy(record.dir_x, rays[block].dir[0], sizeof(record.dir_x));
+            std::memcpy(record.dir_y, rays[block].dir[1], sizeof(record.dir_y));
+            std::memcpy(record.dir_z, rays[block].dir[2], sizeof(record.dir_z));
+            std::memcpy(record.tfar, rays[block].tfar, sizeof(record.tfar));
+            std::memset(record.tnear, 0, sizeof(record.tnear));
             query.trace(scene_, record, mask.data());
             for (std::size_t i = 0; i < kPacketSize; ++i)
                 occluded[block * kPacketSize + i] = mask[i] == 0 || record.tfar[i] < 0;
@@ -361,43 +356,41 @@ std::vector<EmbreeDevice> embree_devices(int threads) {
     return devices;
 }
 
-EmbreeScene::EmbreeScene(const EmbreeDevice& device, const Topology& topology,
+EmbreeScene::EmbreeScene(const EmbreeDevice& on, const Topology& mesh,
                          std::span<const vec3> positions, RTCBuildQuality quality, bool robust)
-    : device_(&device),
-      topology_(&topology),
-      // Embree loads 16 bytes at each vertex.
-      vertices_(positions.size() + 1),
-      geometry_(rtcNewGeometry(device.handle.get(), RTC_GEOMETRY_TYPE_TRIANGLE)),
-      scene_(rtcNewScene(device.handle.get())) {
+    : device(on),
+      topology(mesh),
+      vertices(positions.size() + 1),
+      geometry(rtcNewGeometry(on.handle.get(), RTC_GEOMETRY_TYPE_TRIANGLE)),
+      handle(rtcNewScene(on.handle.get())) {
     set_positions(positions);
-    rtcSetSharedGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               vertices_.data(), 0, sizeof(vec3), topology.vertex_count);
-    rtcSetSharedGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                               topology.triangles.data(), 0, sizeof(uvec3),
-                               topology.triangles.size());
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               vertices.data(), 0, sizeof(vec3), mesh.vertex_count);
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof(uvec3), mesh.triangles.size());
     // Embree refits only with these three; otherwise it rebuilds silently.
     const bool refits = quality == RTC_BUILD_QUALITY_REFIT;
-    rtcSetGeometryBuildQuality(geometry_.get(), quality);
-    rtcSetSceneBuildQuality(scene_.get(), refits ? RTC_BUILD_QUALITY_LOW : quality);
+    rtcSetGeometryBuildQuality(geometry.get(), quality);
+    rtcSetSceneBuildQuality(handle.get(), refits ? RTC_BUILD_QUALITY_LOW : quality);
     const int flags = (refits ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE) |
                       (robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-    rtcSetSceneFlags(scene_.get(), static_cast<RTCSceneFlags>(flags));
-    rtcAttachGeometry(scene_.get(), geometry_.get());
-    check(device, "make a scene");
+    rtcSetSceneFlags(handle.get(), static_cast<RTCSceneFlags>(flags));
+    rtcAttachGeometry(handle.get(), geometry.get());
+    check(on, "make a scene");
 }
 
 void EmbreeScene::set_positions(std::span<const vec3> positions) {
     // Embree ignores triangles with NaN vertices, as morphray does those that are not finite.
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     for (std::size_t i = 0; i < positions.size(); ++i)
-        vertices_[i] = is_finite_vertex(positions[i]) ? positions[i] : vec3(kNan, kNan, kNan);
+        vertices[i] = is_finite_vertex(positions[i]) ? positions[i] : vec3(kNan, kNan, kNan);
 }
 
 void EmbreeScene::commit() {
-    rtcUpdateGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_VERTEX, 0);
-    rtcCommitGeometry(geometry_.get());
-    rtcCommitScene(scene_.get());
-    check(*device_, "commit a scene");
+    rtcUpdateGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry.get());
+    rtcCommitScene(handle.get());
+    check(device, "commit a scene");
 }
 
 std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices,
@@ -450,25 +443,20 @@ std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const Ra
     return all;
 }
 
-Tracer embree_tracer(const EmbreeScene& scene, const RaySet& set) {
-    return batch_tracer("Intersect1", RaysAtOnce::kStream,
-                        std::make_shared<const EmbreeTracer<RTCRay, RTCRayHit>>(scene, true), set);
-}
-
 std::shared_ptr<const cpu::ImageTracer> embree_tiles(const EmbreeScene& scene) {
     return std::make_shared<const EmbreeTiles>(scene, true);
 }
 
 EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const Topology& topology,
                              std::span<const vec3> positions, bool robust, std::size_t most)
-    : name_(fmt::format("{} MEDIUM {}", robust ? "robust" : "fast", device.isa)),
-      group_(robust ? "robust" : "fast"),
-      scene_(device, topology, positions, RTC_BUILD_QUALITY_MEDIUM, robust),
-      nearest_(most),
-      counts_(most) {
-    rtcSetGeometryUserData(scene_.geometry(), counts_.data());
-    rtcSetGeometryIntersectFilterFunction(scene_.geometry(), count_and_reject);
-    scene_.commit();
+    : group(robust ? "robust" : "fast"),
+      name(fmt::format("{} MEDIUM {}", group, device.isa)),
+      scene(device, topology, positions, RTC_BUILD_QUALITY_MEDIUM, robust),
+      nearest(most),
+      counts(most) {
+    rtcSetGeometryUserData(scene.geometry.get(), counts.data());
+    rtcSetGeometryIntersectFilterFunction(scene.geometry.get(), count_and_reject);
+    scene.commit();
 }
 
 void EmbreeQueries::find_closest(std::span<const vec3> points) {
@@ -477,7 +465,7 @@ void EmbreeQueries::find_closest(std::span<const vec3> points) {
         const FlushedDenormals flushed;
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
-        PointSearch search{scene_.topology().triangles.data(), scene_.vertices(), {}, {}, {}};
+        PointSearch search{scene.topology.triangles.data(), scene.vertices.data(), {}, {}, {}};
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             search.point = points[i];
             search.d2 = kInfinity;
@@ -488,15 +476,15 @@ void EmbreeQueries::find_closest(std::span<const vec3> points) {
             query.z = points[i].z;
             query.time = 0;
             query.radius = kInfinity;
-            rtcPointQuery(scene_.handle(), &query, &context, visit_triangle, &search);
+            rtcPointQuery(scene.handle.get(), &query, &context, visit_triangle, &search);
             search.nearest.distance = std::sqrt(search.d2);
-            nearest_[i] = search.nearest;
+            nearest[i] = search.nearest;
         }
     });
 }
 
 void EmbreeQueries::count(std::span<const Ray> rays, bool coherent) {
-    std::fill_n(counts_.begin(), rays.size(), 0);
+    std::fill_n(counts.begin(), rays.size(), 0);
     tbb::parallel_for(QueryRange(0, rays.size(), kGrain), [&](const QueryRange& range) {
         const FlushedDenormals flushed;
         EmbreeQuery query(coherent);
@@ -505,7 +493,7 @@ void EmbreeQueries::count(std::span<const Ray> rays, bool coherent) {
             set_ray(record.ray, 0, rays[i]);
             record.ray.id = static_cast<unsigned int>(i);
             clear_hits(record);
-            query.trace(scene_.handle(), record);
+            query.trace(scene.handle.get(), record);
         }
     });
 }

@@ -42,28 +42,22 @@ struct EmbreeDevice {
 std::vector<EmbreeDevice> embree_devices(int threads);
 
 /// Triangles and the tree over them. The device and the topology outlive it.
-class EmbreeScene {
-public:
+struct EmbreeScene {
     /// LOW is the Morton build, MEDIUM binned SAH, HIGH with spatial splits.
-    EmbreeScene(const EmbreeDevice& device, const Topology& topology,
-                std::span<const vec3> positions, RTCBuildQuality quality, bool robust = false);
+    EmbreeScene(const EmbreeDevice& on, const Topology& mesh, std::span<const vec3> positions,
+                RTCBuildQuality quality, bool robust = false);
 
     /// The tree is around these positions after the next commit().
     void set_positions(std::span<const vec3> positions);
     /// Builds the tree, or refits it if there is one and the quality is REFIT.
     void commit();
 
-    RTCScene handle() const { return scene_.get(); }
-    RTCGeometry geometry() const { return geometry_.get(); }
-    const Topology& topology() const { return *topology_; }
-    const vec3* vertices() const { return vertices_.data(); }
-
-private:
-    const EmbreeDevice* device_;
-    const Topology* topology_;
-    std::vector<vec3> vertices_;
-    EmbreeOwned<RTCGeometry> geometry_;
-    EmbreeOwned<RTCScene> scene_;
+    const EmbreeDevice& device;
+    const Topology& topology;
+    /// Embree loads 16 bytes at each, so that there is one more.
+    std::vector<vec3> vertices;
+    EmbreeOwned<RTCGeometry> geometry;
+    EmbreeOwned<RTCScene> handle;
 };
 
 struct EmbreeVariant {
@@ -82,38 +76,29 @@ std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices
 /// Rays in packets count as coherent, diffuse rays and ambient occlusion as incoherent.
 std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set);
 
-/// Finds the closest hits by Intersect1.
-Tracer embree_tracer(const EmbreeScene& scene, const RaySet& set);
-
 /// By Intersect16 and Occluded16 of coherent rays, for images. The scene outlives it.
 std::shared_ptr<const cpu::ImageTracer> embree_tiles(const EmbreeScene& scene);
 
 /// Over a MEDIUM tree: with spatial splits, filters see a triangle several times. Device and
 /// topology outlive it. Calls belong in an arena of the device's number of threads.
-class EmbreeQueries {
-public:
+struct EmbreeQueries {
     /// At most so many points or rays a call.
     EmbreeQueries(const EmbreeDevice& device, const Topology& topology,
                   std::span<const vec3> positions, bool robust, std::size_t most);
 
-    /// "robust MEDIUM avx512"
-    const std::string& name() const { return name_; }
-    /// One text for all methods that differ in the device alone.
-    const char* group() const { return group_; }
-
-    /// By rtcPointQuery, whose callback uses Ericson's method and narrows the query.
+    /// Sets `nearest` by rtcPointQuery, whose callback uses Ericson's method and narrows the query.
     void find_closest(std::span<const vec3> points);
-    std::span<const NearestPoint> nearest() const { return nearest_; }
-    /// By Intersect1, whose filter counts and rejects all hits. `coherent`: the flag of this name.
+    /// Sets `counts` by Intersect1, whose filter counts and rejects all hits. `coherent`: the flag
+    /// of this name.
     void count(std::span<const Ray> rays, bool coherent);
-    std::span<const std::uint64_t> counts() const { return counts_; }
 
-private:
-    std::string name_;
-    const char* group_;
-    EmbreeScene scene_;
-    std::vector<NearestPoint> nearest_;
-    std::vector<std::uint64_t> counts_;
+    /// One text for all methods that differ in the device alone.
+    const char* group;
+    /// "robust MEDIUM avx512"
+    std::string name;
+    EmbreeScene scene;
+    std::vector<NearestPoint> nearest;
+    std::vector<std::uint64_t> counts;
 };
 
 }  // namespace mray::lab

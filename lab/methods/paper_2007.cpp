@@ -338,10 +338,6 @@ std::vector<PacketRays> make_packets(const RaySet& set) {
 
 }  // namespace
 
-PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
-    return build_peer_tree(topology, positions, 2, std::numeric_limits<std::uint32_t>::max());
-}
-
 Tracer paper_tracer(const PeerTree& tree, const RaySet& set) {
     const auto packets = std::make_shared<const std::vector<PacketRays>>(make_packets(set));
     const auto found = std::make_shared<std::vector<PacketAnswers>>(packets->size());

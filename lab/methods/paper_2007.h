@@ -11,9 +11,6 @@
 
 namespace mray::lab {
 
-/// Binned SAH, a box test at the cost of a triangle's.
-PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions);
-
 /// For tiles of rays with a common origin, whose packets are made before. Compiled for the best
 /// instruction set, as our own tracers are.
 Tracer paper_tracer(const PeerTree& tree, const RaySet& set);

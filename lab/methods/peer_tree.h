@@ -25,11 +25,13 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// Positions in scene space. Triangles with vertices that are not finite are left out. At most
-/// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root. `node_cost` is
-/// that of a node in tests of a triangle; leaves have at most so many triangles.
+/// Binned SAH. Positions in scene space. Triangles with vertices that are not finite are left out.
+/// At most kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root.
+/// `node_cost` is that of a node in tests of a triangle, 2 for that of its children's boxes; leaves
+/// have at most so many triangles.
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
-                         double node_cost, std::uint32_t most_triangles);
+                         double node_cost = 2,
+                         std::uint32_t most_triangles = std::numeric_limits<std::uint32_t>::max());
 
 /// Fits leaves in the calling thread's arena, then inner nodes one by one. Finite positions.
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions);

@@ -1,7 +1,6 @@
 #include "lab/methods/report.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 
 #include "common/base/output_file.h"
@@ -52,9 +51,7 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
         }
         // Each group is handled at its first method.
         if (group.front() != i) continue;
-        std::stable_sort(group.begin(), group.end(), [&](std::size_t a, std::size_t b) {
-            return times[a].least < times[b].least;
-        });
+        std::ranges::stable_sort(group, {}, [&](std::size_t k) { return times[k].least; });
         group.resize(std::min(count, group.size()));
         fastest.insert(fastest.end(), group.begin(), group.end());
     }

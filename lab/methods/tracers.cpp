@@ -106,8 +106,7 @@ RaySet make_primary_rays(const ImageParams& params, RayKind kind) {
 }
 
 RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
-                           const cpu::ShadedMesh& mesh, RayKind kind, std::uint32_t samples,
-                           std::size_t most_rays) {
+                           const cpu::ShadedMesh& mesh, RayKind kind, std::uint32_t samples) {
     RaySet set;
     set.kind = kind;
     set.params = primary.params;
@@ -115,8 +114,8 @@ RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
     if (kind == RayKind::kAo) set.params.ao_count = samples;
     // At most 2^28 pixels and 2^8 samples.
     const std::size_t all_rays = primary.active_count * (kind == RayKind::kAo ? samples : 1);
-    const std::size_t stride =
-        all_rays <= most_rays ? 1 : all_rays / most_rays + (all_rays % most_rays != 0);
+    const std::size_t pixels = primary.rays.size();
+    const std::size_t stride = std::max<std::size_t>(1, (all_rays + pixels - 1) / pixels);
     for (const TileRays& seen : primary.tiles) {
         // Three tiles on in each row of tiles, so that no column has all.
         const std::size_t number =
@@ -183,14 +182,12 @@ Tracer tile_tracer(std::string name, std::shared_ptr<const cpu::ImageTracer> tra
     return {.name = std::move(name), .trace = trace, .answers = in_ray_order};
 }
 
-Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
-    return tile_tracer("packet", std::make_shared<const cpu::TileTracer>(bvh, target), set);
-}
-
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set) {
     std::vector<Tracer> tracers;
     const auto single = std::make_shared<const cpu::SingleRayTracer>(bvh, target);
-    if (set.in_packets()) tracers.push_back(packet_tracer(bvh, target, set));
+    if (set.in_packets())
+        tracers.push_back(
+            tile_tracer("packet", std::make_shared<const cpu::TileTracer>(bvh, target), set));
     // The rays of one-ray are handed over one by one.
     if (set.kind != RayKind::kOneRay)
         tracers.push_back(batch_tracer("stream", RaysAtOnce::kStream, single, set));

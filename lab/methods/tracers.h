@@ -79,11 +79,10 @@ struct RaySet {
 RaySet make_primary_rays(const ImageParams& params, RayKind kind = RayKind::kPrimary);
 
 /// Rays from the `hits` of `primary`: shadow rays, diffuse ones (one a pixel) or ambient occlusion
-/// (`samples` a pixel). If they could be more than `most_rays`, only every n-th tile has rays, for
-/// the least n.
+/// (`samples` a pixel). Only every n-th tile has rays, for the least n with no more rays than
+/// pixels.
 RaySet make_secondary_rays(const RaySet& primary, std::span<const Hit> hits,
-                           const cpu::ShadedMesh& mesh, RayKind kind, std::uint32_t samples = 1,
-                           std::size_t most_rays = std::numeric_limits<std::size_t>::max());
+                           const cpu::ShadedMesh& mesh, RayKind kind, std::uint32_t samples = 1);
 
 /// hits[i] or occluded[i] (0 or 1) answers ray i; the other array is empty.
 struct TraceAnswers {
@@ -96,12 +95,9 @@ struct TraceAnswers {
 };
 
 enum class RaysAtOnce {
-    /// A tile's or a packet's.
-    kPacket,
-    /// A tile's, whatever they are.
-    kStream,
-    /// One a call.
-    kOne,
+    kPacket,  // a tile's or a packet's
+    kStream,  // a tile's, whatever they are
+    kOne,     // one a call
 };
 
 /// A way to trace a set of rays, which outlives it.
@@ -128,16 +124,11 @@ std::uint64_t count_mismatches(const RaySet& set, const TraceAnswers& a, const T
 std::uint64_t count_other_triangles(std::span<const Hit> a, std::span<const Hit> b);
 
 /// The offset of a tile's block from its corner; blocks come in Morton order.
-struct BlockOffset {
-    std::uint32_t x, y;
-};
-constexpr BlockOffset block_offset(std::uint32_t block) {
+constexpr std::array<std::uint32_t, 2> block_offset(std::uint32_t block) {
     static_assert(kTileSize == 16 * kBlockSize);
-    BlockOffset offset{0, 0};
-    for (std::uint32_t bit = 0; bit < 4; ++bit) {
-        offset.x += (block >> 2 * bit & 1) * (kBlockSize << bit);
-        offset.y += (block >> (2 * bit + 1) & 1) * (kBlockSize << bit);
-    }
+    std::array<std::uint32_t, 2> offset = {0, 0};
+    for (std::uint32_t bit = 0; bit < 8; ++bit)
+        offset[bit % 2] += (block >> bit & 1) * (kBlockSize << bit / 2);
     return offset;
 }
 
@@ -145,11 +136,10 @@ constexpr BlockOffset block_offset(std::uint32_t block) {
 template <class Visit>
 void for_each_pixel(const cpu::Tile& tile, Visit visit) {
     for (std::uint32_t i = 0; i < kTileSize * kTileSize / kPacketSize; ++i) {
-        const std::uint32_t block_x = tile.x0 + block_offset(i).x;
-        const std::uint32_t block_y = tile.y0 + block_offset(i).y;
-        for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
-            for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
-        }
+        const auto [block_x, block_y] = block_offset(i);
+        for (std::uint32_t y = 0; y < kBlockSize; ++y)
+            for (std::uint32_t x = 0; x < kBlockSize; ++x)
+                visit(tile.x0 + block_x + x, tile.y0 + block_y + y);
     }
 }
 
@@ -163,11 +153,9 @@ void for_each_tile(const RaySet& set, const TileRange& range, Visit visit) {
 /// common, which are then read after each trace.
 Tracer tile_tracer(std::string name, std::shared_ptr<const cpu::ImageTracer> tracer,
                    const RaySet& set, std::shared_ptr<TraceAnswers> answers = nullptr);
-/// "packet": tiles of 64 x 64. Rays that have too little in common go to single rays. The tree
-/// outlives this tracer and those below.
-Tracer packet_tracer(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
-/// Packets, "stream", which is the rays of a tile by one call, and "single", a call a ray; of these
-/// what suits the rays.
+/// "packet", tiles of 64 x 64, whose rays that have too little in common go to single rays;
+/// "stream", the rays of a tile by one call; and "single", a call a ray: of these, in this order,
+/// what suits the rays. The tree outlives these tracers.
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const RaySet& set);
 /// "reference": the scalar tracer.
 Tracer reference_tracer(const Bvh& bvh, const RaySet& set);

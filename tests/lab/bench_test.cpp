@@ -89,7 +89,7 @@ protected:
     }
 
     void expect_that_paper_tracer_agrees(const RaySet& set, std::size_t least_hits) const {
-        const PeerTree tree = build_paper_tree(scene_.topology(), scene_.positions());
+        const PeerTree tree = build_peer_tree(scene_.topology(), scene_.positions());
         const TraceAnswers answers = trace_all(paper_tracer(tree, set), set);
         const Tracer single = our_tracers(bvh_, best_simd_target(), set).back();
         EXPECT_GE(count_hits(set, answers), least_hits);
@@ -160,17 +160,11 @@ TEST(BuildPeerTree, HasEveryFiniteTriangleOnce) {
                 expected.push_back(id);
         }
         std::vector<std::uint32_t> found;
-        for (const PeerTriangle& t : build_paper_tree(topology, positions).triangles)
+        for (const PeerTriangle& t : build_peer_tree(topology, positions).triangles)
             found.push_back(t.prim_id);
         std::ranges::sort(found);
         EXPECT_EQ(found, expected) << named.name;
     }
-}
-
-BenchScene open(const std::string& spec) {
-    ViewSpec view;
-    view.width = view.height = 64;
-    return open_bench_scene(spec, view);
 }
 
 float distance_from(const BenchScene& scene, vec3 p) {
@@ -183,7 +177,7 @@ float distance_from(const BenchScene& scene, vec3 p) {
 }
 
 TEST(QueryPoints, AreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
-    const BenchScene scene = open("builtin:spikes:500");
+    const BenchScene scene = open_bench_scene("builtin:spikes:500", 64);
     const std::vector<vec3> in_box = points_in_box(scene, 300);
     const std::vector<vec3> near = points_near_surface(scene, 300);
     EXPECT_EQ(in_box, points_in_box(scene, 300));
@@ -203,7 +197,7 @@ TEST(QueryPoints, AreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
 }
 
 TEST(QueryPoints, AreFiniteWhereVerticesAreNot) {
-    const BenchScene scene = open("builtin:soup");
+    const BenchScene scene = open_bench_scene("builtin:soup", 64);
     for (const vec3& p : points_near_surface(scene, 1000))
         EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
     for (const Ray& ray : random_rays(scene, 1000)) {

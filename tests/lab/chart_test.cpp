@@ -73,8 +73,8 @@ TEST(ChartRays, AreTheSameInBothSpaces) {
     ChartInput input = cloth();
     for (vec3& p : input.positions) p += vec3(4000, 4000, 4000);
     const ChartScene scene = make_chart_scene(input);
-    const ExactReferee ours(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
-    const ExactReferee theirs(scene.topology, scene.world_space.positions, scene.world_space.bvh);
+    const ExactReferee ours(scene.topology, scene.scene_space.positions, scene.scene_space.tree);
+    const ExactReferee theirs(scene.topology, scene.world_space.positions, scene.world_space.tree);
     for (const RayKind kind : kKinds) {
         const RaySet rays = make_chart_rays(scene, kind, 1, 4096);
         const RaySet world = to_world(rays, scene.space);
@@ -91,7 +91,7 @@ TEST(ChartRays, AimAtTheMeshBesideAFarVertex) {
     EXPECT_EQ(scene.targets.size(), scene.topology.triangles.size() - 1);
     for (const RayKind kind : kKinds) {
         const RaySet rays = make_chart_rays(scene, kind, 0, 4096);
-        const TraceAnswers answers = trace_all(reference_tracer(scene.scene_space.bvh, rays), rays);
+        const TraceAnswers answers = trace_all(reference_tracer(scene.bvh, rays), rays);
         std::size_t hits = 0;
         for (const Hit& hit : answers.hits) hits += hit.prim_id != kNoPrim;
         for (const std::uint8_t occluded : answers.occluded) hits += occluded;
@@ -102,9 +102,9 @@ TEST(ChartRays, AimAtTheMeshBesideAFarVertex) {
 TEST(ChartRays, OfTilesFitPacketsAndMeetVerticesAndEdges) {
     const ChartScene scene = make_chart_scene(cloth());
     const RaySet rays = make_chart_rays(scene, RayKind::kAimed, 0, 16 * 4096);
-    const cpu::TileTracer tracer(scene.scene_space.bvh, best_simd_target());
+    const cpu::TileTracer tracer(scene.bvh, best_simd_target());
     std::vector<Hit> hits(4096);
-    const ExactReferee referee(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
+    const ExactReferee referee(scene.topology, scene.scene_space.positions, scene.scene_space.tree);
     std::size_t in_packets = 0;
     std::size_t hits_in_all = 0;
     std::size_t near_edges = 0;
@@ -156,7 +156,7 @@ TEST(Chart, SeesAPlantedMethodInItsOwnPointAlone) {
     const MakeTracers methods = chart_methods(scene, {});
     const auto with_planted = [&](const ChartRays& rays) {
         std::vector<Tracer> tracers = methods(rays);
-        Tracer planted = reference_tracer(scene.scene_space.bvh, rays.scene_space);
+        Tracer planted = reference_tracer(scene.bvh, rays.scene_space);
         planted.name = "planted";
         planted.group = "ours";
         planted.slow = true;
@@ -207,7 +207,7 @@ TEST(Chart, HasARowForEachMethodAndWaysToTraceOnly) {
 
 /// A method whose chunks had these speeds.
 ChartPoint point(const char* method, const char* family, std::vector<double> mrays, int wrong = 0) {
-    ChartPoint made{RayKind::kPrimary, method, family, {}};
+    ChartPoint made{method, family, {}};
     made.score.rays = 1'000'000;
     made.score.verdicts[static_cast<std::size_t>(Verdict::kLeak)] = wrong;
     made.score.mrays = std::move(mrays);

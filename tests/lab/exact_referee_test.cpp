@@ -17,12 +17,12 @@ using lab::ExactReferee;
 using lab::Truth;
 using lab::Verdict;
 
-/// A scene with its tree and referee.
+/// A scene with its referee.
 struct Court {
     explicit Court(TestScene of)
         : scene(std::move(of)),
-          bvh(build_bvh(scene.topology(), scene.positions())),
-          referee(scene.topology(), scene.positions(), bvh) {}
+          tree(lab::build_peer_tree(scene.topology(), scene.positions())),
+          referee(scene.topology(), scene.positions(), tree) {}
 
     Truth truth(const Ray& ray) const { return referee.closest(ray); }
     Verdict verdict(const Ray& ray, std::uint32_t prim_id) const {
@@ -30,7 +30,7 @@ struct Court {
     }
 
     TestScene scene;
-    Bvh bvh;
+    lab::PeerTree tree;
     ExactReferee referee;
 };
 
@@ -107,8 +107,8 @@ TEST(ExactReferee, JudgesOcclusion) {
 TEST(ExactReferee, MeasuresHowFarAHitIsOff) {
     const std::vector<vec3> positions = {{-3, -3, -1.5f}, {5, -3, -1.5f}, {-3, 5, -1.5f}};
     const Topology topology = TestScene(positions, {{0, 1, 2}}).topology();
-    const Bvh bvh = build_bvh(topology, positions);
-    const ExactReferee referee(topology, positions, bvh);
+    const lab::PeerTree tree = lab::build_peer_tree(topology, positions);
+    const ExactReferee referee(topology, positions, tree);
     const Ray ray = towards({-1, -2, 0}, {0, 0, -1});
     const float up = std::nextafter(1.5f, 2.0f);
     const auto expect = [&](const Hit& hit, double t, double u, double v) {
@@ -238,7 +238,8 @@ TEST(ExactReferee, AgreesWithTheOracleWhereTheOracleIsSure) {
 TEST(HitRule, IsNeverWrongOnOrdinaryClosedMeshes) {
     for (const TestScene& scene : {icosphere(4), torus(64, 32), grid_box(16), star(3, 5)}) {
         const Court court(scene);
-        const cpu::ScalarTracer tracer(court.bvh);
+        const Bvh bvh = build_bvh(court.scene.topology(), court.scene.positions());
+        const cpu::ScalarTracer tracer(bvh);
         for (const Ray& ray : mixed_rays(court.scene, 20000, 13)) {
             const Verdict verdict = court.verdict(ray, tracer.intersect(ray).prim_id);
             EXPECT_LT(verdict, Verdict::kBeside);

@@ -15,22 +15,15 @@
 namespace mray::lab {
 namespace {
 
-std::vector<Ray> active_rays(const RaySet& set) {
-    std::vector<Ray> rays;
-    for (std::size_t i = 0; i < set.rays.size(); ++i)
-        if (set.active[i] != 0) rays.push_back(set.rays[i]);
-    return rays;
-}
-
 void bench_scene(const BenchScene& scene, int repeat, Report& report) {
     const Pose pose(scene.positions);
     const PeerTree tree = build_peer_tree(scene.topology(), scene.positions, 1.5, 4);
-    const std::vector<Ray> diffuse = active_rays(scene.rays(RayKind::kDiffuse));
+    const RaySet diffuse = scene.rays(RayKind::kDiffuse);
     const auto shared = gpu::open_device({});
     const std::unique_ptr<Backend> ours = gpu::make_backend_on(shared);
     ours->set_scene(scene.topology(), pose, scene.bvh);
-    GpuPeer peer(shared, tree, scene.params, diffuse.size());
-    peer.set_rays(diffuse);
+    GpuPeer peer(shared, tree, scene.params, diffuse.rays.size());
+    peer.set_rays(diffuse.rays);
     const auto compare = [&](const char* work, std::uint64_t rays, std::uint32_t mode,
                              const std::function<double()>& trace, std::span<const Hit> hits) {
         const auto count_differences = [&] {
@@ -66,11 +59,11 @@ void bench_scene(const BenchScene& scene, int repeat, Report& report) {
                 return ours->finish().secondary_ms;
             },
             {});
-    std::vector<Hit> hits(diffuse.size());
+    std::vector<Hit> hits(diffuse.rays.size());
     compare(
-        "diffuse", hits.size(), kPeerRays,
+        "diffuse", diffuse.active_count, kPeerRays,
         [&] {
-            ours->trace({diffuse, hits});
+            ours->trace({diffuse.rays, hits});
             return ours->finish().trace_ms;
         },
         hits);
@@ -80,11 +73,11 @@ void bench_scene(const BenchScene& scene, int repeat, Report& report) {
 
 int bench_on_device(const BenchOptions& options) {
     Report report(
-        fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
+        fmt::format("# {}, {}; morphray {}\n# morphray_bench device {}\n", machine_name(),
                     gpu::make_vulkan_backend()->info().description, kVersionDetail, options.line),
         options.csv);
     for (const std::string& spec : options.scenes) {
-        const BenchScene scene = open_bench_scene(spec, options.view);
+        const BenchScene scene = open_bench_scene(spec, options.size);
         report.begin(spec, 1);
         bench_scene(scene, options.repeat, report);
     }

@@ -1,7 +1,5 @@
 #include "lab/bench/two_builds/build_functions.h"
 
-#include <fmt/format.h>
-
 #include <cstring>
 #include <memory>
 
@@ -9,6 +7,7 @@
 #include "common/base/thread_arena.h"
 #include "common/version.h"
 #include "lab/bench/bench_scene.h"
+#include "lab/bench/options.h"
 #include "lab/methods/tracers.h"
 
 namespace mray::lab {
@@ -46,7 +45,7 @@ BuiltTracer open(const std::string& spec, const std::string& work, const std::st
     // The scene that was opened last, since works of one scene are opened one after the other.
     static std::shared_ptr<OpenScene> scene;
     if (scene == nullptr || scene->scene.name != spec)
-        scene.reset(new OpenScene{.scene = open_bench_scene(spec, ViewSpec())});
+        scene.reset(new OpenScene{.scene = open_bench_scene(spec, BenchOptions().size)});
     const auto set = std::make_shared<const RaySet>(rays_of(scene->scene, work));
     for (const Tracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd), *set)) {
         if (tracer.name != tracer_name) continue;
