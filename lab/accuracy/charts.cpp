@@ -327,6 +327,25 @@ std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput
     return methods;
 }
 
+/// Speed, time and wrong answers by frame.
+std::vector<plot::Panel> frame_panels() {
+    const plot::Panel lines{{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}};
+    std::vector<plot::Panel> panels = {speed_panel(
+        RayKind::kPrimary, "speed of camera rays: higher is better (~: disturbed)", lines)};
+    panels[0]["event"] = "event";
+    const auto add = [&](RayKind kind, const char* title, const char* y, const char* unit) {
+        plot::Panel& panel = panels.emplace_back(speed_panel(kind, title, lines));
+        panel["y"] = y;
+        panel["ylabel"] = unit;
+        panel["lower"] = "";
+    };
+    add(RayKind::kPrimary, "time of a frame, update and camera rays: lower is better", "frame [ms]",
+        "ms");
+    add(RayKind::kAimed, "wrong answers at vertices and edges: lower is better",
+        "wrong [1/million]", "per million");
+    return panels;
+}
+
 }  // namespace
 
 std::size_t count_steps(const Effort& effort, std::span<const ChartInput> inputs) {
@@ -437,21 +456,8 @@ Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                         : fmt::format("Refitted trees have lost more than a build takes: 2007 {}, "
                                       "morphray {}",
                                       lost_2007, lost),
-        .details = context.details};
-    const plot::Panel lines{{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}};
-    plot::Panel& speeds = figure.panels.emplace_back(speed_panel(
-        RayKind::kPrimary, "speed of camera rays: higher is better (~: disturbed)", lines));
-    speeds["event"] = "event";
-    const auto add = [&](RayKind kind, const char* title, const char* y, const char* unit) {
-        plot::Panel& panel = figure.panels.emplace_back(speed_panel(kind, title, lines));
-        panel["y"] = y;
-        panel["ylabel"] = unit;
-        panel["lower"] = "";
-    };
-    add(RayKind::kPrimary, "time of a frame, update and camera rays: lower is better", "frame [ms]",
-        "ms");
-    add(RayKind::kAimed, "wrong answers at vertices and edges: lower is better",
-        "wrong [1/million]", "per million");
+        .details = context.details,
+        .panels = frame_panels()};
     std::vector<std::string> notes = {
         fmt::format("On {} ({} triangles), {} camera rays a frame. From the frame with \"a build "
                     "lost\" on, rebuilding would have paid. The policy auto did more than refit in "
