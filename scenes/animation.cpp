@@ -22,14 +22,6 @@ std::unique_ptr<Animation> open_builtin(const std::string& spec) {
     const std::string_view rest = std::string_view(spec).substr(kBuiltinPrefix.size());
     const std::size_t colon = rest.find(':');
     const std::string name(rest.substr(0, colon));
-    if (name.empty()) {
-        std::string names;
-        for (const ProceduralScene& scene : procedural_scenes())
-            names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
-        throw Error(ErrorKind::kBadArgument,
-                    "scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with one of {}",
-                    quote(spec), names);
-    }
     if (colon == std::string_view::npos) return make_procedural(name);
     const auto triangles = parse_integer(rest.substr(colon + 1));
     if (!triangles || *triangles <= 0) {

@@ -36,14 +36,11 @@ public:
         if (last_frame_ > 0) fps_ = frames_a_second_;
         std::vector<vec3> first(topology_.vertex_count);
         origin_ = find_origin(first);
-        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0, origin_), first);
+        place(0, 0, first, options.warn);
         std::vector<std::uint32_t> begins;
         for (const gltf::PlacedSet& placed : scene_.placed_sets)
             begins.push_back(placed.first_vertex);
         set_bounds(first, begins);
-        if (bad == gltf::kNoVertex) return;
-        if (!is_lenient_) throw problem(bad, 0);
-        if (options.warn) options.warn({file_, bad_coordinate(bad, 0) + "; kept as it is"});
     }
 
     void positions(double frame, std::span<vec3> out) const override {
@@ -53,11 +50,19 @@ public:
         const double seconds = within == last_frame_
                                    ? scene_.animation.seconds
                                    : std::min(within / frames_a_second_, scene_.animation.seconds);
-        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds, origin_), out);
-        if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
+        place(within, seconds, out, {});
     }
 
 private:
+    void place(double frame, double seconds, std::span<vec3> out, const WarnFunction& warn) const {
+        if (skinning_.place(gltf::pose_at(scene_, seconds, origin_), out)) return;
+        const std::string what = fmt::format("frame {}: {}", frame, *MeshRules::bad_vertex(out));
+        if (!is_lenient_) {
+            throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", file_, what),
+                        Hint::kLenient);
+        }
+        if (warn) warn({file_, what + "; kept as it is"});
+    }
     /// Uses the memory of `places`.
     Origin find_origin(std::span<vec3> places) const {
         std::vector<glm::dvec3> points(places.size());
@@ -70,15 +75,6 @@ private:
                                    [&](const vec3& p) { return origin.from_world(glm::dvec3(p)); });
         }
         return origin_of(points);
-    }
-    static std::string bad_coordinate(std::size_t vertex, double frame) {
-        return fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
-                           frame, vertex);
-    }
-    Error problem(std::size_t vertex, double frame) const {
-        return {ErrorKind::kBadInput,
-                fmt::format("{}: {}; repair it", file_, bad_coordinate(vertex, frame)),
-                Hint::kLenient};
     }
 
     std::string file_;  // in messages

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
-#include <tuple>
 #include <type_traits>
 
 #include "common/base/input_file.h"
@@ -19,8 +18,6 @@ namespace mray::gltf {
 namespace {
 
 constexpr std::string_view kMagic = "glTF";
-constexpr std::size_t kHeadSize = 12;
-constexpr std::size_t kChunkHeadSize = 8;
 constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
@@ -30,46 +27,36 @@ struct Glb {
     std::string_view json, binary;
 };
 
-[[noreturn]] void refuse(const std::string& file, std::size_t byte, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, "{}: byte {}: {}", file, byte, what);
-}
-
-std::uint32_t word_at(std::string_view bytes, std::size_t offset) {
-    static_assert(std::endian::native == std::endian::little);
-    std::uint32_t word = 0;
-    std::memcpy(&word, bytes.data() + offset, sizeof word);
-    return word;
-}
-
-/// Finds the chunks of a GLB file (version 2). Chunks of unknown types are skipped.
+/// Finds the chunks of a GLB file (version 2). Those after the second are left out.
 Glb split_glb(std::string_view bytes, const std::string& file) {
-    constexpr const char* kCut = "ends within a head; is it complete?";
-    if (bytes.size() < kHeadSize) refuse(file, bytes.size(), kCut);
-    const std::uint32_t version = word_at(bytes, 4);
-    if (version != kVersion)
-        refuse(file, 4, fmt::format("has version {}; only {} is known", version, kVersion));
-    const std::uint32_t length = word_at(bytes, 8);
-    if (length != bytes.size()) {
-        refuse(file, 8,
-               fmt::format("has {} bytes, but its head tells of {}; is it complete?", bytes.size(),
-                           length));
-    }
-    Glb glb;
-    std::size_t chunk = 0;
-    std::size_t at = kHeadSize;
-    do {
-        if (bytes.size() - at < kChunkHeadSize) refuse(file, at, kCut);
-        const std::uint32_t size = word_at(bytes, at);
-        const std::uint32_t type = word_at(bytes, at + 4);
-        const std::string_view rest = bytes.substr(at + kChunkHeadSize);
+    const auto refuse = [&](std::size_t byte, const std::string& what) {
+        throw Error(ErrorKind::kBadInput, "{}: byte {}: {}", file, byte, what);
+    };
+    const auto word_at = [&](std::size_t at) {
+        static_assert(std::endian::native == std::endian::little);
+        std::uint32_t word = 0;
+        if (bytes.size() < at + sizeof word)
+            refuse(bytes.size(), "ends within a head; is it complete?");
+        std::memcpy(&word, bytes.data() + at, sizeof word);
+        return word;
+    };
+    const auto chunk_at = [&](std::size_t at) {
+        const std::uint32_t size = word_at(at);
+        const std::string_view rest = bytes.substr(at + 8);
         if (size > rest.size())
-            refuse(file, at, fmt::format("a chunk of {} bytes, but {} follow", size, rest.size()));
-        if (chunk == 0 && type != kJsonChunk) refuse(file, at + 4, "the first chunk is not JSON");
-        if (chunk == 0) glb.json = rest.substr(0, size);
-        if (chunk == 1 && type == kBinaryChunk) glb.binary = rest.substr(0, size);
-        at += kChunkHeadSize + size;
-        ++chunk;
-    } while (at < bytes.size());
+            refuse(at, fmt::format("a chunk of {} bytes, but {} follow", size, rest.size()));
+        return rest.substr(0, size);
+    };
+    if (word_at(4) != kVersion)
+        refuse(4, fmt::format("has version {}; only {} is known", word_at(4), kVersion));
+    if (word_at(8) != bytes.size()) {
+        refuse(8, fmt::format("has {} bytes, but its head tells of {}; is it complete?",
+                              bytes.size(), word_at(8)));
+    }
+    if (word_at(16) != kJsonChunk) refuse(16, "the first chunk is not JSON");
+    Glb glb = {chunk_at(12), {}};
+    const std::size_t second = 20 + glb.json.size();
+    if (second < bytes.size() && word_at(second + 4) == kBinaryChunk) glb.binary = chunk_at(second);
     return glb;
 }
 
@@ -107,31 +94,73 @@ std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
 
 constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
 
-struct Component;
-
-/// A part of a buffer view. Empty bytes stand for zeros.
-struct PackedArray {
-    std::string_view bytes;
-    std::size_t stride = 0;
-    const Component* component = nullptr;
-};
-
-template <class Number>
-using ReadArray = void (*)(const PackedArray& array, std::size_t width, bool normalized,
-                           std::vector<Number>& out);
-
-/// A type of components, and how arrays of it are read.
+/// A type of components.
 struct Component {
     /// Its number in the file.
     std::uint64_t id;
     std::size_t size;
-    bool is_float, is_unsigned;
-    std::tuple<ReadArray<float>, ReadArray<std::uint32_t>> read;
+    bool is_float = false;
+    bool is_unsigned = false;
+};
+constexpr Component kComponents[] = {{5120, 1},
+                                     {5121, 1, false, true},
+                                     {5122, 2},
+                                     {5123, 2, false, true},
+                                     {5125, 4, false, true},
+                                     {5126, 4, true}};
+
+constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
+    {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
+
+const Component& component_of(const JsonAt& at) {
+    const auto* const found = std::ranges::find(kComponents, at.count(), &Component::id);
+    if (found == std::end(kComponents))
+        at.fail("is {}; must be 5120, 5121, 5122, 5123, 5125 or 5126", at.count());
+    return *found;
+}
+
+void require_type(const JsonAt& at, std::size_t width) {
+    const auto* const found =
+        std::ranges::find(kTypes, at.text(), &std::pair<std::string_view, std::size_t>::first);
+    if (found == std::end(kTypes))
+        at.fail("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4", quote(at.text()));
+    if (found->second == width) return;
+    at.fail(
+        "must be {} here",
+        std::ranges::find(kTypes, width, &std::pair<std::string_view, std::size_t>::second)->first);
+}
+
+/// Elements of a buffer view.
+struct PackedArray {
+    std::string_view bytes;
+    std::size_t stride = 0;
+    const Component& component;
 };
 
+/// The elements of the buffer view that `owner` refers to.
+PackedArray packed(const GltfFile& file, const JsonAt& owner, const Component& component,
+                   std::size_t width, std::size_t count) {
+    const View view = file.view(owner.at("bufferView"));
+    const std::uint64_t offset = owner.count_or("byteOffset", 0);
+    const std::size_t element = width * component.size;
+    std::uint64_t stride = element;
+    if (const auto given = view.at.find("byteStride")) {
+        stride = given->count();
+        if (stride < element || stride > 252)
+            given->fail("is {}; elements have {} bytes", stride, element);
+    }
+    // count < 2^32 and stride <= 252, so that nothing overflows.
+    const std::uint64_t needed = stride * (count - 1) + element;
+    if (needed > view.bytes.size() || offset > view.bytes.size() - needed) {
+        owner.fail("bytes {} to {} are not in {}, which has {}", offset, offset + needed,
+                   view.at.path(), view.bytes.size());
+    }
+    return {view.bytes.substr(offset, needed), stride, component};
+}
+
 template <class T, class Number>
-void read_array(const PackedArray& array, std::size_t width, bool normalized,
-                std::vector<Number>& out) {
+void read_as(const PackedArray& array, std::size_t width, bool normalized,
+             std::vector<Number>& out) {
     for (std::size_t i = 0; i * width < out.size(); ++i) {
         const char* const element = array.bytes.data() + i * array.stride;
         for (std::size_t k = 0; k < width; ++k) {
@@ -147,141 +176,81 @@ void read_array(const PackedArray& array, std::size_t width, bool normalized,
     }
 }
 
-template <class T>
-constexpr Component component_with(std::uint64_t id) {
-    return {id,
-            sizeof(T),
-            std::is_floating_point_v<T>,
-            std::is_unsigned_v<T>,
-            {read_array<T, float>, read_array<T, std::uint32_t>}};
-}
-
-constexpr Component kComponents[] = {
-    component_with<std::int8_t>(5120),   component_with<std::uint8_t>(5121),
-    component_with<std::int16_t>(5122),  component_with<std::uint16_t>(5123),
-    component_with<std::uint32_t>(5125), component_with<float>(5126)};
-
-/// An accessor whose members have been checked against each other, its buffer view and its buffer.
-struct Accessor {
-    JsonAt at;
-    std::size_t count = 0;
-    std::size_t width = 1;
-    bool normalized = false;
-    PackedArray base = {};
-    /// Elements that replace those of `base`, and their indices.
-    std::size_t sparse_count = 0;
-    PackedArray sparse_indices = {};
-    PackedArray sparse_values = {};
-};
-
-constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
-    {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
-
-const Component& component_of(const JsonAt& at) {
-    const auto* const found = std::ranges::find(kComponents, at.count(), &Component::id);
-    if (found == std::end(kComponents))
-        at.fail("is {}; must be 5120, 5121, 5122, 5123, 5125 or 5126", at.count());
-    return *found;
-}
-
-std::size_t width_of(const JsonAt& at) {
-    for (const auto& [name, width] : kTypes)
-        if (at.text() == name) return width;
-    at.fail("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4", quote(at.text()));
-}
-
 template <class Number>
 void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<Number>& out) {
-    std::get<ReadArray<Number>>(array.component->read)(array, width, normalized, out);
-}
-
-/// The elements of the buffer view that `owner` refers to.
-PackedArray packed(const GltfFile& file, const JsonAt& owner, const Component& component,
-                   std::size_t width, std::size_t count, bool may_have_stride) {
-    const View view = file.view(owner.at("bufferView"));
-    const std::uint64_t offset = owner.count_or("byteOffset", 0);
-    const std::size_t element = width * component.size;
-    std::uint64_t stride = element;
-    if (const std::optional<JsonAt> given = view.at.find("byteStride"); given && may_have_stride) {
-        stride = given->count();
-        if (stride < element || stride > 252)
-            given->fail("is {}; elements have {} bytes", stride, element);
+    switch (array.component.id) {
+        case 5120:
+            return read_as<std::int8_t>(array, width, normalized, out);
+        case 5121:
+            return read_as<std::uint8_t>(array, width, normalized, out);
+        case 5122:
+            return read_as<std::int16_t>(array, width, normalized, out);
+        case 5123:
+            return read_as<std::uint16_t>(array, width, normalized, out);
+        case 5125:
+            return read_as<std::uint32_t>(array, width, normalized, out);
+        default:
+            return read_as<float>(array, width, normalized, out);
     }
-    // count < 2^32 and stride <= 252, so that nothing overflows.
-    const std::uint64_t needed = stride * (count - 1) + element;
-    if (needed > view.bytes.size() || offset > view.bytes.size() - needed) {
-        owner.fail("bytes {} to {} are not in {}, which has {}", offset, offset + needed,
-                   view.at.path(), view.bytes.size());
-    }
-    return {view.bytes.substr(offset, needed), stride, &component};
 }
 
-void open_sparse(const GltfFile& file, const JsonAt& sparse, Accessor& accessor) {
-    const std::uint64_t count = sparse.at("count").count();
-    if (count == 0 || count > accessor.count)
-        sparse.at("count").fail("is {}; must be from 1 to {}", count, accessor.count);
-    accessor.sparse_count = count;
-    const JsonAt indices = sparse.at("indices");
-    const Component& index_component = component_of(indices.at("componentType"));
-    if (!index_component.is_unsigned)
-        indices.at("componentType").fail("must be 5121, 5123 or 5125 here");
-    accessor.sparse_indices = packed(file, indices, index_component, 1, count, false);
-    accessor.sparse_values =
-        packed(file, sparse.at("values"), *accessor.base.component, accessor.width, count, false);
-}
-
+/// Replaces the elements that `sparse` lists.
 template <class Number>
-std::vector<Number> read_all(const Accessor& accessor) {
-    const std::size_t width = accessor.width;
-    std::vector<Number> values(accessor.count * width);
-    if (!accessor.base.bytes.empty()) read(accessor.base, width, accessor.normalized, values);
-    if (accessor.sparse_count == 0) return values;
-    std::vector<std::uint32_t> indices(accessor.sparse_count);
-    read(accessor.sparse_indices, 1, false, indices);
-    std::vector<Number> sparse(accessor.sparse_count * width);
-    read(accessor.sparse_values, width, accessor.normalized, sparse);
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (indices[i] >= accessor.count || (i > 0 && indices[i] <= indices[i - 1])) {
-            accessor.at.at("sparse").at("indices").fail(
-                "index {} is {}; they must increase and stay below {}", i, indices[i],
-                accessor.count);
+void replace_sparse(const GltfFile& file, const JsonAt& sparse, const Component& component,
+                    std::size_t width, bool normalized, std::vector<Number>& values) {
+    const std::size_t element_count = values.size() / width;
+    const std::uint64_t count = sparse.at("count").count();
+    if (count == 0 || count > element_count)
+        sparse.at("count").fail("is {}; must be from 1 to {}", count, element_count);
+    const JsonAt at = sparse.at("indices");
+    const Component& index_component = component_of(at.at("componentType"));
+    if (!index_component.is_unsigned)
+        at.at("componentType").fail("must be 5121, 5123 or 5125 here");
+    std::vector<std::uint32_t> indices(count);
+    read(packed(file, at, index_component, 1, count), 1, false, indices);
+    std::vector<Number> given(count * width);
+    read(packed(file, sparse.at("values"), component, width, count), width, normalized, given);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (indices[i] >= element_count || (i > 0 && indices[i] <= indices[i - 1])) {
+            at.fail("index {} is {}; they must increase and stay below {}", i, indices[i],
+                    element_count);
         }
-        std::copy_n(&sparse[i * width], width, &values[indices[i] * width]);
+        std::copy_n(&given[i * width], width, &values[indices[i] * width]);
     }
-    return values;
 }
 
-/// An accessor of elements of `width` numbers, of `vertex_count` elements unless that is 0.
-Accessor open_accessor(const GltfFile& file, const JsonAt& reference, std::size_t width,
-                       std::size_t vertex_count) {
-    const std::size_t index = reference.index_below(file.count("accessors"), "accessors");
-    Accessor accessor{.at = file.element("accessors", index)};
-    const JsonAt& at = accessor.at;
-    const std::uint64_t count = at.at("count").count();
+/// The numbers of an accessor with `vertex_count` elements, unless that is 0. `needed` describes
+/// the components for which is_allowed(component, normalized) is true.
+template <class Number, class IsAllowed>
+std::vector<Number> read_accessor(const GltfFile& file, const JsonAt& reference, std::size_t width,
+                                  std::size_t vertex_count, const std::string& needed,
+                                  IsAllowed is_allowed) {
+    const JsonAt at =
+        file.element("accessors", reference.index_below(file.count("accessors"), "accessors"));
+    const JsonAt count_at = at.at("count");
+    const std::uint64_t count = count_at.count();
     if (count == 0 || count > kMaxElements)
-        at.at("count").fail("is {}; must be from 1 to {}", count, kMaxElements);
-    accessor.count = count;
-    accessor.width = width_of(at.at("type"));
-    const Component& component = component_of(at.at("componentType"));
-    accessor.base.component = &component;
-    if (const auto normalized = at.find("normalized")) accessor.normalized = normalized->boolean();
-    if (at.find("bufferView")) {
-        accessor.base = packed(file, at, component, accessor.width, accessor.count, true);
-    } else if (count > file.buffer_bytes()) {
-        at.at("count").fail(
-            "is {}, but the accessor has no bufferView, and all buffers have {} bytes", count,
-            file.buffer_bytes());
-    }
-    if (const auto sparse = at.find("sparse")) open_sparse(file, *sparse, accessor);
-    if (accessor.width != width) {
-        const auto* const type =
-            std::ranges::find(kTypes, width, &std::pair<std::string_view, std::size_t>::second);
-        at.at("type").fail("must be {} here", type->first);
-    }
+        count_at.fail("is {}; must be from 1 to {}", count, kMaxElements);
     if (vertex_count != 0 && count != vertex_count)
-        at.at("count").fail("is {}, but the positions of its primitive are {}", count,
-                            vertex_count);
-    return accessor;
+        count_at.fail("is {}, but the positions of its primitive are {}", count, vertex_count);
+    require_type(at.at("type"), width);
+    const Component& component = component_of(at.at("componentType"));
+    const auto flag = at.find("normalized");
+    const bool normalized = flag && flag->boolean();
+    if (!is_allowed(component, normalized)) at.at("componentType").fail("must be {}", needed);
+    std::vector<Number> values;
+    if (at.find("bufferView")) {
+        const PackedArray base = packed(file, at, component, width, count);
+        values.resize(count * width);
+        read(base, width, normalized, values);
+    } else if (count > file.buffer_bytes()) {
+        count_at.fail("is {}, but the accessor has no bufferView, and all buffers have {} bytes",
+                      count, file.buffer_bytes());
+    }
+    values.resize(count * width);
+    if (const auto sparse = at.find("sparse"))
+        replace_sparse(file, *sparse, component, width, normalized, values);
+    return values;
 }
 
 }  // namespace
@@ -425,34 +394,30 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::string_view binary_chunk
 }
 
 std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted) {
-    const Accessor accessor = open_accessor(file, reference, wanted.width, wanted.vertex_count);
-    const Component& component = *accessor.base.component;
-    const bool is_allowed =
-        component.is_float ||
-        (component.size < 4 &&
-         (wanted.integers == Wanted::Integers::kAny ||
-          (wanted.integers == Wanted::Integers::kNormalized && accessor.normalized)));
-    if (!is_allowed) {
-        accessor.at.at("componentType")
-            .fail("must be 5126 (float){} here",
-                  wanted.integers == Wanted::Integers::kNone
-                      ? ""
-                      : " or an integer of 8 or 16 bits that is normalized");
-    }
-    return read_all<float>(accessor);
+    using Integers = Wanted::Integers;
+    return read_accessor<float>(
+        file, reference, wanted.width, wanted.vertex_count,
+        wanted.integers == Integers::kNone
+            ? "5126 (float) here"
+            : "5126 (float) or an integer of 8 or 16 bits that is normalized here",
+        [&](const Component& component, bool normalized) {
+            return component.is_float ||
+                   (component.size < 4 &&
+                    (wanted.integers == Integers::kAny ||
+                     (wanted.integers == Integers::kNormalized && normalized)));
+        });
 }
 
 std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,
                                     std::size_t width, std::size_t vertex_count) {
-    const Accessor accessor = open_accessor(file, reference, width, vertex_count);
     const bool allow_32_bits = width == 1;
-    const Component& component = *accessor.base.component;
-    if (!component.is_unsigned || (component.size == 4 && !allow_32_bits) || accessor.normalized) {
-        accessor.at.at("componentType")
-            .fail("must be 5121 or 5123{} here, and not normalized",
-                  allow_32_bits ? " or 5125" : "");
-    }
-    return read_all<std::uint32_t>(accessor);
+    return read_accessor<std::uint32_t>(
+        file, reference, width, vertex_count,
+        allow_32_bits ? "5121 or 5123 or 5125 here, and not normalized"
+                      : "5121 or 5123 here, and not normalized",
+        [&](const Component& component, bool normalized) {
+            return component.is_unsigned && (component.size < 4 || allow_32_bits) && !normalized;
+        });
 }
 
 }  // namespace mray::gltf

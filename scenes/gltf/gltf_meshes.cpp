@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
+#include <numeric>
 
 #include "scenes/trig.h"
 
@@ -87,22 +87,19 @@ private:
             file_.element("textures", reference.index_below(file_.count("textures"), "textures"));
         const auto source = texture.index_or_none("source", file_.count("images"), "images");
         if (!source) texture.fail("has no image that is read");
-        const bool clamp = is_clamped(texture);
-        const auto [known, is_new] = known_.try_emplace({*source, clamp, alpha_cutoff}, kNoTexture);
-        if (!is_new) return known->second;
-        const std::optional<TextureFile>& image = image_of(*source);
-        if (!image) return kNoTexture;
-        known->second = static_cast<std::uint32_t>(result_.textures.size());
-        result_.textures.push_back(*image);
-        result_.textures.back().clamp = clamp;
-        result_.textures.back().alpha_cutoff = alpha_cutoff;
-        return known->second;
+        TextureFile file = image_of(*source);
+        file.clamp = is_clamped(texture);
+        file.alpha_cutoff = alpha_cutoff;
+        const auto same = std::ranges::find(result_.textures, file);
+        const auto index = static_cast<std::uint32_t>(same - result_.textures.begin());
+        if (same == result_.textures.end()) result_.textures.push_back(std::move(file));
+        return index;
     }
 
-    const std::optional<TextureFile>& image_of(std::uint32_t source) {
-        const auto [known, is_new] = images_.try_emplace(source);
-        if (is_new) known->second = find_image(file_.element("images", source));
-        return known->second;
+    const TextureFile& image_of(std::uint32_t source) {
+        const auto known = images_.find(source);
+        if (known != images_.end()) return known->second;
+        return images_.emplace(source, find_image(file_.element("images", source))).first->second;
     }
 
     bool is_clamped(const JsonAt& texture) {
@@ -141,31 +138,24 @@ private:
 
     const GltfFile& file_;
     Materials& result_;
-    /// Textures by image, whether they are clamped, and where alpha makes holes.
-    std::map<std::tuple<std::uint32_t, bool, float>, std::uint32_t> known_;
-    /// Images that are used, by their indices; nothing for those that are left out.
-    std::map<std::uint32_t, std::optional<TextureFile>> images_;
+    /// By their indices in the file.
+    std::map<std::uint32_t, TextureFile> images_;
     WarningCount odd_, blends_;
 };
 
 // Joints are numbers of 16 bits.
 constexpr std::size_t kMaxJoints = 65536;
 
-/// JOINTS_n and WEIGHTS_n for n = 0, 1, ...: four numbers a vertex each.
-struct InfluenceSets {
-    std::vector<std::vector<std::uint32_t>> joints;
-    std::vector<std::vector<float>> weights;
-};
-
+// The numbers that a vertex has in JOINTS_n and in WEIGHTS_n.
 constexpr std::size_t kPerSet = 4;
 
 /// The largest number of weights above 0 that a vertex has, at least 1.
-std::size_t most_used(const InfluenceSets& sets, std::size_t vertex_count) {
+std::size_t most_used(std::span<const std::vector<float>> weights, std::size_t vertex_count) {
     std::size_t most = 1;
     for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
         std::size_t used = 0;
-        for (const std::vector<float>& weights : sets.weights)
-            for (std::size_t k = 0; k < kPerSet; ++k) used += weights[kPerSet * vertex + k] > 0;
+        for (const std::vector<float>& set : weights)
+            for (std::size_t k = 0; k < kPerSet; ++k) used += set[kPerSet * vertex + k] > 0;
         most = std::max(most, used);
     }
     return most;
@@ -181,13 +171,27 @@ void require_weights(const JsonAt& at, std::span<const float> weights) {
     }
 }
 
-Influences joined_influences(const InfluenceSets& sets,
-                             const std::function<void(std::size_t vertex)>& unweighted) {
-    const std::size_t vertex_count = sets.joints.front().size() / kPerSet;
+/// A vertex without a weight above 0 is an error; if lenient, it moves with its first joint, with a
+/// warning.
+Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
+                           bool lenient, WarningCount& unweighted) {
+    std::vector<std::vector<std::uint32_t>> joints;
+    std::vector<std::vector<float>> weights;
+    for (;;) {
+        const std::string names[] = {fmt::format("JOINTS_{}", joints.size()),
+                                     fmt::format("WEIGHTS_{}", joints.size())};
+        const auto joint = attributes.find(names[0]);
+        const auto weight = attributes.find(names[1]);
+        if (!joint && !weight) break;
+        if (!joint || !weight) attributes.fail("has no {}", names[joint ? 1 : 0]);
+        joints.push_back(integers(file, *joint, kPerSet, vertex_count));
+        weights.push_back(
+            floats(file, *weight, {kPerSet, Wanted::Integers::kNormalized, vertex_count}));
+        require_weights(*weight, weights.back());
+    }
     Influences result;
-    result.per_vertex = most_used(sets, vertex_count);
-    result.joints.reserve(vertex_count * result.per_vertex);
-    result.weights.reserve(vertex_count * result.per_vertex);
+    if (joints.empty()) return result;
+    result.per_vertex = most_used(weights, vertex_count);
     for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
         const std::size_t begin = result.joints.size();
         const auto add = [&](std::uint32_t joint, float weight) {
@@ -195,48 +199,23 @@ Influences joined_influences(const InfluenceSets& sets,
             result.weights.push_back(weight);
             result.joint_limit = std::max(result.joint_limit, joint + 1);
         };
-        for (std::size_t set = 0; set < sets.joints.size(); ++set) {
-            for (std::size_t k = 0; k < kPerSet; ++k) {
-                const float weight = sets.weights[set][kPerSet * vertex + k];
-                if (weight > 0) add(sets.joints[set][kPerSet * vertex + k], weight);
-            }
+        for (std::size_t i = 0; i < kPerSet * joints.size(); ++i) {
+            const std::size_t at = kPerSet * vertex + i % kPerSet;
+            const float weight = weights[i / kPerSet][at];
+            if (weight > 0) add(joints[i / kPerSet][at], weight);
         }
         if (result.joints.size() == begin) {
-            unweighted(vertex);
-            add(sets.joints[0][kPerSet * vertex], 1);
+            const std::string what = fmt::format("vertex {} has no weight above 0", vertex);
+            if (!lenient) attributes.fail(what + "; repair it", Hint::kLenient);
+            unweighted.add(file.name(), "{}: {}; moves with its first joint", attributes.path(),
+                           what);
+            add(joints[0][kPerSet * vertex], 1);
         }
         // The joint of a weight that is not needed is one that moves the vertex.
         while (result.joints.size() < begin + result.per_vertex) add(result.joints[begin], 0);
     }
     return result;
 }
-
-/// Reads attributes JOINTS_n and WEIGHTS_n of a primitive. A vertex without a weight above 0 is an
-/// error; if lenient, it moves with its first joint, with a warning.
-Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
-                           bool lenient, WarningCount& unweighted) {
-    InfluenceSets sets;
-    for (int set = 0;; ++set) {
-        const std::string joints_name = fmt::format("JOINTS_{}", set);
-        const std::string weights_name = fmt::format("WEIGHTS_{}", set);
-        const auto joints = attributes.find(joints_name);
-        const auto weights = attributes.find(weights_name);
-        if (!joints && !weights) break;
-        if (!joints || !weights) attributes.fail("has no {}", joints ? weights_name : joints_name);
-        sets.joints.push_back(integers(file, *joints, kPerSet, vertex_count));
-        sets.weights.push_back(
-            floats(file, *weights, {kPerSet, Wanted::Integers::kNormalized, vertex_count}));
-        require_weights(*weights, sets.weights.back());
-    }
-    if (sets.joints.empty()) return {};
-    return joined_influences(sets, [&](std::size_t vertex) {
-        const std::string what = fmt::format("vertex {} has no weight above 0", vertex);
-        if (!lenient) attributes.fail(what + "; repair it", Hint::kLenient);
-        unweighted.add(file.name(), "{}: {}; moves with its first joint", attributes.path(), what);
-    });
-}
-
-constexpr std::uint64_t kFirstTriangleMode = 4;
 
 using Integers = Wanted::Integers;
 
@@ -247,26 +226,24 @@ std::vector<vec3> as_vectors(const std::vector<float>& values) {
     return vectors;
 }
 
-enum class TriangleMode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
+// Modes of primitives: smaller ones are points and lines, the last one is 6, a fan.
+constexpr std::uint64_t kTriangles = 4;
+constexpr std::uint64_t kStrip = 5;
 
-std::size_t count_triangles(TriangleMode mode, std::size_t corner_count) {
-    return mode == TriangleMode::kTriangles ? corner_count / 3 : corner_count - 2;
+std::size_t count_triangles(std::uint64_t mode, std::size_t corner_count) {
+    return mode == kTriangles ? corner_count / 3 : corner_count - 2;
 }
 
-/// As the specification orders them (glTF 2.0, 3.7.2.1). Without indices: vertices 0, 1, 2, ...
-std::vector<uvec3> triangles_of(TriangleMode mode, std::span<const std::uint32_t> indices,
-                                std::size_t corner_count) {
-    const auto vertex = [&](std::size_t corner) {
-        return indices.empty() ? static_cast<std::uint32_t>(corner) : indices[corner];
-    };
-    std::vector<uvec3> triangles(count_triangles(mode, corner_count));
+/// As the specification orders them (glTF 2.0, 3.7.2.1).
+std::vector<uvec3> triangles_of(std::uint64_t mode, std::span<const std::uint32_t> corners) {
+    std::vector<uvec3> triangles(count_triangles(mode, corners.size()));
     for (std::size_t i = 0; i < triangles.size(); ++i) {
-        if (mode == TriangleMode::kTriangles) {
-            triangles[i] = {vertex(3 * i), vertex(3 * i + 1), vertex(3 * i + 2)};
-        } else if (mode == TriangleMode::kStrip) {
-            triangles[i] = {vertex(i), vertex(i + 1 + i % 2), vertex(i + 2 - i % 2)};
+        if (mode == kTriangles) {
+            triangles[i] = {corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]};
+        } else if (mode == kStrip) {
+            triangles[i] = {corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]};
         } else {
-            triangles[i] = {vertex(i + 1), vertex(i + 2), vertex(0)};
+            triangles[i] = {corners[i + 1], corners[i + 2], corners[0]};
         }
     }
     return triangles;
@@ -325,19 +302,18 @@ public:
     /// Gives the warnings, once all meshes have been read.
     void finish() const {
         for (const WarningCount* count :
-             {&left_out_, &not_finite_, &unweighted_, &without_texcoords_, &appearance_})
+             {&left_out_, &unweighted_, &without_texcoords_, &appearance_})
             count->tell(options_.warn);
     }
 
 private:
     void read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets) {
-        const std::uint64_t mode = at.count_or("mode", kFirstTriangleMode);
+        const std::uint64_t mode = at.count_or("mode", kTriangles);
         if (mode > 6) at.at("mode").fail("is {}; must be from 0 to 6", mode);
         const JsonAt attributes = at.at("attributes");
-        if (mode < kFirstTriangleMode || !attributes.find("POSITION")) {
-            left_out_.add(
-                file_.name(), "{}: {}; left out", at.path(),
-                mode < kFirstTriangleMode ? "points or lines, no triangles" : "no positions");
+        if (mode < kTriangles || !attributes.find("POSITION")) {
+            left_out_.add(file_.name(), "{}: {}; left out", at.path(),
+                          mode < kTriangles ? "points or lines, no triangles" : "no positions");
             return;
         }
         const auto [known, is_new] = sets.try_emplace(key_of_set(at), mesh.sets.size());
@@ -368,66 +344,45 @@ private:
 
     VertexSet read_set(const JsonAt& at) {
         const JsonAt attributes = at.at("attributes");
-        const JsonAt position = attributes.at("POSITION");
         VertexSet set;
-        set.positions = read_vectors(position, 0);
-        check_positions(position, set.positions);
+        set.positions = read_vectors(attributes.at("POSITION"), 0);
         const auto targets = at.find("targets");
-        for (std::size_t i = 0; targets && i < targets->size(); ++i)
-            set.targets.push_back(read_target((*targets)[i], set.positions.size()));
+        for (std::size_t i = 0; targets && i < targets->size(); ++i) {
+            std::vector<vec3>& target = set.targets.emplace_back();
+            if (const auto moved = (*targets)[i].find("POSITION"))
+                target = read_vectors(*moved, set.positions.size());
+        }
         set.influences =
             read_influences(file_, attributes, set.positions.size(), options_.lenient, unweighted_);
         return set;
     }
 
-    void check_positions(const JsonAt& at, const std::vector<vec3>& positions) {
-        for (std::size_t i = 0; i < positions.size(); ++i) {
-            if (MeshRules::is_good(positions[i])) continue;
-            const std::string what =
-                fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30", i);
-            if (!options_.lenient) at.fail(what + "; repair it", Hint::kLenient);
-            not_finite_.add(file_.name(), "{}: {}; kept as it is", at.path(), what);
-        }
-    }
-
-    std::vector<vec3> read_target(const JsonAt& at, std::size_t vertex_count) {
-        const auto position = at.find("POSITION");
-        if (!position) return {};
-        std::vector<vec3> deltas = read_vectors(*position, vertex_count);
-        for (std::size_t i = 0; i < deltas.size(); ++i) {
-            const vec3& d = deltas[i];
-            if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
-                position->fail("element {} is not finite", i);
-        }
-        return deltas;
-    }
-
     std::vector<uvec3> read_triangles(const JsonAt& at, std::uint64_t mode,
                                       std::size_t vertex_count) {
-        std::vector<std::uint32_t> indices;
-        std::size_t corner_count = vertex_count;
         const auto reference = at.find("indices");
+        std::vector<std::uint32_t> corners;
         if (reference) {
-            indices = integers(file_, *reference, 1, 0);
-            corner_count = indices.size();
+            corners = integers(file_, *reference, 1, 0);
+        } else {
+            corners.resize(vertex_count);
+            std::iota(corners.begin(), corners.end(), 0u);
         }
-        const auto type = static_cast<TriangleMode>(mode);
-        if (corner_count < 3 || (type == TriangleMode::kTriangles && corner_count % 3 != 0)) {
+        if (corners.size() < 3 || (mode == kTriangles && corners.size() % 3 != 0)) {
             (reference ? *reference : at)
-                .fail("{} corners are no {}", corner_count,
-                      type == TriangleMode::kTriangles ? "triangles" : "strip or fan");
+                .fail("{} corners are no {}", corners.size(),
+                      mode == kTriangles ? "triangles" : "strip or fan");
         }
-        triangle_count_ += count_triangles(type, corner_count);
+        triangle_count_ += count_triangles(mode, corners.size());
         if (triangle_count_ > kMaxTriangles) {
             throw Error(ErrorKind::kLimit, "{}: more than 2^28 triangles; split the scene",
                         file_.name());
         }
-        for (std::size_t i = 0; i < indices.size(); ++i) {
-            if (indices[i] < vertex_count) continue;
-            reference->fail("index {} is {}, but there are {} vertices", i, indices[i],
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            if (corners[i] < vertex_count) continue;
+            reference->fail("index {} is {}, but there are {} vertices", i, corners[i],
                             vertex_count);
         }
-        return triangles_of(type, indices, corner_count);
+        return triangles_of(mode, corners);
     }
 
     std::vector<Texcoord> read_texcoords(const JsonAt& attributes, const Primitive& primitive,
@@ -467,7 +422,7 @@ private:
     const AnimationOptions& options_;
     bool is_quantized_;
     std::uint64_t triangle_count_ = 0;
-    WarningCount left_out_, not_finite_, unweighted_, without_texcoords_, appearance_;
+    WarningCount left_out_, unweighted_, without_texcoords_, appearance_;
 };
 
 }  // namespace
@@ -496,11 +451,8 @@ Skin read_skin(const GltfFile& file, std::size_t index) {
     const std::vector<float> values = floats(file, *reference, {.width = 16});
     if (values.size() / 16 < joint_count)
         reference->fail("has {} matrices for {} joints", values.size() / 16, joint_count);
-    for (std::size_t i = 0; i < joint_count; ++i) {
-        for (std::size_t k = 0; k < 16; ++k)
-            if (!std::isfinite(values[16 * i + k])) reference->fail("matrix {} is not finite", i);
+    for (std::size_t i = 0; i < joint_count; ++i)
         skin.inverse_binds[i] = matrix_of(&values[16 * i]);
-    }
     return skin;
 }
 

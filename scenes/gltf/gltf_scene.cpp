@@ -196,14 +196,12 @@ Interpolation interpolation_of(const JsonAt& sampler) {
 
 class AnimationReader {
 public:
-    AnimationReader(const GltfFile& file, std::size_t index, const AnimationOptions& options,
-                    GltfScene& scene)
-        : options_(options), file_(file), at_(file.element("animations", index)), scene_(scene) {}
+    AnimationReader(const GltfFile& file, std::size_t index, GltfScene& scene)
+        : file_(file), at_(file.element("animations", index)), scene_(scene) {}
 
-    void run() {
+    void read() {
         const JsonAt channels = at_.at("channels");
         for (std::size_t i = 0; i < channels.size(); ++i) read_channel(channels[i]);
-        odd_times_.tell(options_.warn);
     }
 
 private:
@@ -253,31 +251,14 @@ private:
         return known->second;
     }
 
-    /// Times that are equal, where the later one holds, or below 0 are an error; if lenient, a
-    /// warning.
-    void check_times(const JsonAt& reference, std::span<const float> times) {
+    std::span<const float> times_of(const JsonAt& reference) {
+        const std::span<const float> times = numbers_of(reference, {});
         for (std::size_t i = 0; i < times.size(); ++i) {
             if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
                 continue;
-            const bool is_equal = i > 0 && times[i] == times[i - 1];
-            const bool is_early = times[i] < 0 && times[i] >= -kMostSeconds;
-            if (is_equal || (is_early && (i == 0 || times[i] > times[i - 1]))) {
-                const std::string what = is_equal
-                                             ? fmt::format("times {} and {} are equal", i - 1, i)
-                                             : fmt::format("time {} is {}, below 0", i, times[i]);
-                if (!options_.lenient) reference.fail(what + "; repair them", Hint::kLenient);
-                odd_times_.add(file_.name(), "{}: {}; {}", reference.path(), what,
-                               is_equal ? "the later one holds" : "frames begin at 0");
-                continue;
-            }
             reference.fail("time {} is {}; times must increase, from 0 to {}", i, times[i],
                            kMostSeconds);
         }
-    }
-
-    std::span<const float> times_of(const JsonAt& reference) {
-        const std::span<const float> times = numbers_of(reference, {});
-        if (checked_times_.insert(times.data()).second) check_times(reference, times);
         return times;
     }
 
@@ -297,43 +278,38 @@ private:
         return values;
     }
 
-    const AnimationOptions& options_;
     const GltfFile& file_;
     const JsonAt at_;
     GltfScene& scene_;
     std::set<std::pair<std::uint32_t, Target>> known_;
-    std::set<const float*> checked_times_;
-    WarningCount odd_times_;
 };
 
-/// The names of all animations of a file, empty where it gives none.
-std::vector<std::string> animation_names(const GltfFile& file) {
-    std::vector<std::string> names;
-    const std::size_t count = file.count("animations");
-    for (std::size_t i = 0; i < count; ++i) {
+std::vector<NamedAnimation> read_names(const GltfFile& file) {
+    std::vector<NamedAnimation> animations(file.count("animations"));
+    for (std::size_t i = 0; i < animations.size(); ++i) {
         const auto name = file.element("animations", i).find("name");
-        names.push_back(name && name->is_text() ? std::string(name->text()) : std::string());
+        if (name && name->is_text()) animations[i].name = name->text();
     }
-    return names;
+    return animations;
 }
 
 /// The animation of this name or index, or the first. Throws Error(kBadArgument) with the names.
-std::size_t find_animation(const GltfFile& file, const std::string& text) {
+std::size_t find_animation(std::span<const NamedAnimation> animations, const std::string& text,
+                           const std::string& file) {
     if (text.empty()) return 0;
-    const std::vector<std::string> names = animation_names(file);
-    if (names.empty()) {
+    if (animations.empty()) {
         throw Error(ErrorKind::kBadArgument, "animation {}: {} has no animations", quote(text),
-                    file.name());
+                    file);
     }
-    const auto named = std::find(names.begin(), names.end(), text);
-    if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
+    const auto named = std::ranges::find(animations, text, &NamedAnimation::name);
+    if (named != animations.end()) return static_cast<std::size_t>(named - animations.begin());
     const std::optional<std::uint64_t> index = parse_unsigned(text);
-    if (index && *index < names.size()) return static_cast<std::size_t>(*index);
+    if (index && *index < animations.size()) return static_cast<std::size_t>(*index);
     std::string list;
-    for (std::size_t i = 0; i < names.size(); ++i)
-        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, quote(names[i]));
+    for (std::size_t i = 0; i < animations.size(); ++i)
+        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, quote(animations[i].name));
     throw Error(ErrorKind::kBadArgument, "animation {}: {} has no such one; choose one of {}",
-                quote(text), file.name(), list);
+                quote(text), file, list);
 }
 
 constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
@@ -348,13 +324,14 @@ public:
         : options_(options), file_(path, options.warn) {}
 
     GltfScene run() {
-        const std::size_t animation = find_animation(file_, options_.animation);
+        scene_.animations = read_names(file_);
+        const std::size_t animation =
+            find_animation(scene_.animations, options_.animation, file_.name());
         scene_.tree = read_nodes(file_);
         materials_ = read_materials(file_, options_);
         read_meshes();
-        for (std::string& name : animation_names(file_)) scene_.animations.push_back({name});
         if (!scene_.animations.empty()) {
-            AnimationReader(file_, animation, options_, scene_).run();
+            AnimationReader(file_, animation, scene_).read();
             scene_.animations[animation].is_shown = true;
         }
         require_limits();

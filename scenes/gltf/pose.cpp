@@ -229,9 +229,9 @@ Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
     }
 }
 
-std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
+bool Skinning::place(const Pose& pose, std::span<vec3> out) const {
     const std::map<std::uint32_t, std::vector<Columns>> joints = joint_maps(scene_, pose);
-    std::atomic<std::size_t> first_bad = kNoVertex;
+    std::atomic<bool> are_good = true;
     tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t index) {
         const Block& block = blocks_[index];
         const PlacedSet& of = scene_.placed_sets[block.placed_set];
@@ -255,15 +255,9 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
                 placed[i] = vec3(transformed(pose.to_world[of.node], {p[0], p[1], p[2]}));
             }
         }
-        if (MeshRules::are_good(placed)) return;
-        const auto bad =
-            std::ranges::find_if_not(placed, [](const vec3& p) { return MeshRules::is_good(p); });
-        const auto vertex = static_cast<std::size_t>(&*bad - out.data());
-        std::size_t known = first_bad.load();
-        while (vertex < known && !first_bad.compare_exchange_weak(known, vertex)) {
-        }
+        if (!MeshRules::are_good(placed)) are_good = false;
     });
-    return first_bad;
+    return are_good;
 }
 
 }  // namespace mray::gltf

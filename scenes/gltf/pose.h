@@ -1,8 +1,6 @@
 // Where the nodes and vertices of a glTF scene are at a time.
 #pragma once
 
-#include <limits>
-
 #include "common/simd/simd_target.h"
 #include "scenes/gltf/gltf_scene.h"
 
@@ -41,8 +39,6 @@ struct SkinnedVertices {
     std::size_t count;
 };
 
-inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max();
-
 /// Places vertices: a morph target adds weight times displacement; a vertex with a skin is the
 /// weighted mean of its places under its joints, others follow their node (glTF 2.0, 3.7.3 and
 /// 3.7.2.2). Computed in double and rounded once, in an order that depends on the file alone.
@@ -51,9 +47,9 @@ public:
     /// The scene must outlive it.
     explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
 
-    /// Returns the first vertex that is not finite or beyond 1e30, or kNoVertex. The bits depend
-    /// neither on threads nor on the instruction set.
-    std::size_t place(const Pose& pose, std::span<vec3> out) const;
+    /// Returns whether all vertices are finite and within 1e30. The bits depend neither on threads
+    /// nor on the instruction set.
+    bool place(const Pose& pose, std::span<vec3> out) const;
 
 private:
     /// Vertices [begin, end) of a placed set, which one task places.

@@ -37,6 +37,13 @@ bool MeshRules::are_good(std::span<const vec3> positions) {
     return bad == 0;
 }
 
+std::optional<std::string> MeshRules::bad_vertex(std::span<const vec3> positions) {
+    const auto bad = std::ranges::find_if_not(positions, [](const vec3& p) { return is_good(p); });
+    if (bad == positions.end()) return std::nullopt;
+    return fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30",
+                       bad - positions.begin());
+}
+
 void MeshRules::take_bad_coordinate(double value, std::string_view text) {
     const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
     if (!lenient_) {

@@ -117,6 +117,8 @@ public:
     }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
+    /// Describes the first vertex that is not good; nothing if all are.
+    static std::optional<std::string> bad_vertex(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
     void take_bad_coordinate(double value, std::string_view text);
     /// Leaves out faces of two corners, as which exporters write edges, with a warning. Unless

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <set>
 
 #define TINYOBJLOADER_IMPLEMENTATION
@@ -132,47 +131,25 @@ std::optional<Albedo> colour_of(std::string_view words, WarningCount& clamped,
     return albedo_of(channels[0], channels[1], channels[2]);
 }
 
-/// The words of a statement map_Kd with as many numbers after an option as tinyobjloader reads.
-/// "off" stands for what is missing or no number: it then takes the default.
-std::string full_map(std::string_view words) {
-    // With their largest number of words; all but the first are numbers and optional.
-    constexpr std::pair<std::string_view, std::size_t> kOptions[] = {
-        {"-blendu", 1}, {"-blendv", 1},     {"-bm", 1},      {"-boost", 1}, {"-cc", 1},
-        {"-clamp", 1},  {"-colorspace", 1}, {"-imfchan", 1}, {"-mm", 2},    {"-o", 3},
-        {"-s", 3},      {"-t", 3},          {"-texres", 1},  {"-type", 1}};
-    std::string full;
-    for (;;) {
-        std::string_view rest = words;
-        const std::string_view option = next_word(rest);
-        const auto* const known =
-            std::ranges::find(kOptions, option, &std::pair<std::string_view, std::size_t>::first);
-        if (known == std::end(kOptions)) return full.append(words);
-        std::string values;
-        for (std::size_t i = 0; i < known->second; ++i) {
-            std::string_view after = rest;
-            const std::string_view word = next_word(after);
-            const std::optional<float> number = parse_float(word);
-            const bool is_given = i == 0 || (number && !trimmed(after, kBlanks).empty());
-            if (is_given) rest = after;
-            const bool is_number = is_given && number && std::isfinite(*number);
-            // As tinyobjloader rounds it to this float: it adds up digits in double precision.
-            values += is_number ? fmt::format(" {:.9g}", *number) : word == "on" ? " on" : " off";
-        }
-        if (option == "-clamp" || option == "-o" || option == "-s")
-            full.append(" ").append(option).append(values);
-        words = rest;
-    }
-}
-
 /// Reads a statement map_Kd. Options that it does not have stay as they are.
-void read_map(std::string_view words, Material& material) {
+void read_map(std::string_view words, Material& material, WarningCount& unread,
+              const PlaceText& place) {
     tinyobj::texture_option_t options = {};
     options.clamp = material.clamp;
     std::ranges::copy(material.scale, options.scale);
     std::ranges::copy(material.offset, options.origin_offset);
     std::string name;
-    if (tinyobj::ParseTextureNameAndOption(&name, &options, full_map(words).c_str()))
-        material.map = file_name_of(name);
+    const bool has_name =
+        tinyobj::ParseTextureNameAndOption(&name, &options, std::string(words).c_str());
+    const auto is_finite = [](float number) { return std::isfinite(number); };
+    if (!has_name || !std::ranges::all_of(options.scale, is_finite) ||
+        !std::ranges::all_of(options.origin_offset, is_finite)) {
+        return unread.add(place,
+                          "map_Kd {} is not read; write -s and -o with three numbers, and "
+                          "the name of a file",
+                          quote(words));
+    }
+    material.map = file_name_of(name);
     material.clamp = options.clamp;
     std::copy_n(options.scale, 2, material.scale.begin());
     std::copy_n(options.origin_offset, 2, material.offset.begin());
@@ -348,7 +325,8 @@ public:
                         not_there(largest_vertex_));
         }
         set_positions(mesh_, positions_, options_);
-        set_colours();
+        // Vertices without a colour, in a file with some, are white.
+        if (!mesh_.vertex_colours.empty()) mesh_.vertex_colours.resize(positions_.size(), vec3(1));
         mesh_.place_prefix = name_ + ':';
         if (!has_normals_) mesh_.smooth = {};
         rules_.tell(options_.warn);
@@ -376,8 +354,9 @@ private:
             materials_.use(rest);
         } else if (keyword == "mtllib") {
             materials_.read_libraries(rest);
-        } else if (statement.starts_with("#MRGB ") && !options_.positions_only) {
-            read_painted(trimmed(statement.substr(6), kBlanks));
+        } else if (statement.starts_with("#MRGB ")) {
+            odd_colours_.add([this] { return lines_.place(); },
+                             "colours of #MRGB are not read; write v x y z r g b");
         }
     }
 
@@ -410,28 +389,6 @@ private:
             mesh_.vertex_colours.back()[i] =
                 static_cast<float>(linear_of(rules_.channel_of(given, 1)));
         }
-    }
-
-    /// Reads what ZBrush writes for each vertex: a mask, red, green and blue, in hexadecimal.
-    void read_painted(std::string_view digits) {
-        for (std::uint32_t bits = 0; digits.size() >= 8; digits.remove_prefix(8)) {
-            const char* const end = digits.data() + 8;
-            if (std::from_chars(digits.data(), end, bits, 16).ptr != end) return;
-            const auto channel = [&](int shift) {
-                return static_cast<float>(linear_of(((bits >> shift) & 255) / 255.0));
-            };
-            painted_.emplace_back(channel(16), channel(8), channel(0));
-        }
-    }
-
-    /// Vertices without a colour, in a file with some, are white.
-    void set_colours() {
-        if (!painted_.empty() && painted_.size() != positions_.size()) {
-            odd_colours_.add(name_, "#MRGB has {} colours for {} vertices", painted_.size(),
-                             positions_.size());
-        }
-        if (mesh_.vertex_colours.empty()) mesh_.vertex_colours = std::move(painted_);
-        if (!mesh_.vertex_colours.empty()) mesh_.vertex_colours.resize(positions_.size(), vec3(1));
     }
 
     void read_face(std::string_view words) {
@@ -511,7 +468,6 @@ private:
     std::vector<glm::dvec3> positions_;
     ObjMaterials materials_;
     std::vector<Corner> corners_;  // of the face that is read
-    std::vector<vec3> painted_;
     WarningCount odd_colours_;
     std::vector<std::array<std::uint32_t, 3>> normals_;
     std::vector<Texcoord> texcoords_;
@@ -545,7 +501,7 @@ MaterialMap read_mtl_text(std::string_view text, const fs::path& library, Warnin
             if (!material->albedo)
                 unread.add(place, "{} is not read; write one number or three", quote(statement));
         } else if (keyword == "map_Kd") {
-            read_map(trimmed(rest, kBlanks), *material);
+            read_map(trimmed(rest, kBlanks), *material, unread, place);
         }
     }
     materials.erase("");

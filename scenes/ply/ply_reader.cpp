@@ -29,7 +29,7 @@ struct PlyProperty {
     const PlyType* type;
     /// A list has a type for the number of its entries; a scalar has null.
     const PlyType* count_type = nullptr;
-    /// True for a list of the corners of a face, or of strips.
+    /// Whether it lists the corners of a face.
     bool has_corners = false;
 };
 
@@ -51,7 +51,6 @@ struct PlyElement {
             });
         });
     }
-    bool may_have_faces() const { return name == "face" || name == "tristrips"; }
     bool has_faces() const { return std::ranges::any_of(properties, &PlyProperty::has_corners); }
 };
 
@@ -93,8 +92,8 @@ std::vector<std::string_view> words_of(std::string_view line) {
     return words;
 }
 
-/// Lines end as the first one does. Vertices have positions, faces have corners, and the numbers of
-/// items fit into the text. Throws Error(kBadInput) with file and line.
+/// Lines end as the first one does. Vertices have positions, faces have corners. Throws
+/// Error(kBadInput) with file and line.
 class HeaderParser {
 public:
     HeaderParser(std::string_view text, const std::string& name) : text_(text), name_(name) {}
@@ -127,10 +126,6 @@ public:
         }
         if (!has_format) fail("no format before this line; is the file complete?");
         for (const PlyElement& element : header_.elements) require_meaning(element);
-        if (header_.encoding != PlyEncoding::kText && rest.starts_with("\n\r"))
-            fail_at(
-                1, R"(lines end in "\n\r", which hides where binary data begin; end them in "\n")");
-        require_size();
         return std::move(header_);
     }
 
@@ -185,7 +180,7 @@ private:
         PlyProperty property{std::string(words.back()), type, count_type};
         PlyElement& element = header_.elements.back();
         property.has_corners =
-            element.may_have_faces() && is_list && type->is_integer &&
+            element.name == "face" && is_list && type->is_integer &&
             (property.name == "vertex_indices" || property.name == "vertex_index");
         element.properties.push_back(std::move(property));
     }
@@ -199,33 +194,13 @@ private:
     void require_meaning(const PlyElement& element) const {
         if (element.name == "vertex" && !element.has(kPlyPosition))
             fail_at(element.line, "vertices without x, y or z; write the file again");
-        if (element.may_have_faces() && element.count > 0 && !element.has_faces()) {
+        if (element.name == "face" && element.count > 0 && !element.has_faces()) {
             fail_at(element.line,
                     "faces without vertex_indices or vertex_index, a list of integers; write the "
                     "file again with corners");
         }
-    }
-
-    /// Refuses numbers of items that do not fit into the file.
-    void require_size() const {
-        const bool is_text = header_.encoding == PlyEncoding::kText;
-        // The last line of a text may lack its end.
-        std::uint64_t left = text_.size() - header_.size + (is_text ? 1 : 0);
-        for (const PlyElement& element : header_.elements) {
-            // A value in text takes a digit and a blank or line end.
-            std::uint64_t bytes = 0;
-            for (const PlyProperty& property : element.properties)
-                bytes += is_text                          ? 2
-                         : property.count_type != nullptr ? property.count_type->size
-                                                          : property.type->size;
-            if (bytes != 0 && element.count > left / bytes) {
-                fail_at(element.line,
-                        fmt::format("{} items of {}, which {} bytes cannot hold; is the file "
-                                    "complete?",
-                                    element.count, quote(element.name), left));
-            }
-            left -= element.count * bytes;
-        }
+        if (element.name == "tristrips" && element.count > 0)
+            fail_at(element.line, "triangle strips are not read; write the file again with faces");
     }
 
     const std::string_view text_;
@@ -238,7 +213,7 @@ constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
 constexpr PlyAxes kColours[] = {
     {"red", "green", "blue"}, {"r", "g", "b"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}};
 
-/// The values after the header: words of text, whatever their lines, or bytes in either order.
+/// The values after the header: text with a line for each item, or bytes in either order.
 class PlyValues {
 public:
     PlyValues(std::string_view text, const PlyHeader& header, const std::string& name)
@@ -247,7 +222,7 @@ public:
           is_text_(header.encoding == PlyEncoding::kText),
           is_swapped_(header.encoding == PlyEncoding::kBigEndian),
           file_size_(text.size()),
-          next_line_(header.line_count + 1) {
+          line_(header.line_count) {
         static_assert(std::endian::native == std::endian::little);
     }
 
@@ -255,38 +230,20 @@ public:
     std::string place_prefix() const { return name_ + (is_text_ ? ":" : ": byte "); }
     std::uint64_t line_or_byte() const { return is_text_ ? line_ : file_size_ - left_at_begin_; }
     [[noreturn]] void fail(const std::string& what) const {
-        require_whole_items();
         throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
-    }
-    /// For what does not fit: items may begin and end anywhere in right files.
-    void require_whole_items() const {
-        if (broken_line_ == 0) return;
-        throw Error(ErrorKind::kBadInput,
-                    "{}{}: more or fewer values than {} has; is the header right, and the file "
-                    "complete?",
-                    place_prefix(), broken_line_, quote(broken_name_));
     }
 
     void begin(const PlyElement& element, std::uint64_t item) {
         element_ = &element;
         item_ = item;
         left_at_begin_ = rest_.size();
-        if (!is_text_) return;
-        begins_in_row_ = !is_row_done();
-        if (!begins_in_row_) next_row();
-        line_at_begin_ = line_;
+        if (is_text_) next_row();
     }
-    void end() {
-        if (!is_text_ || line_ == line_at_begin_ || broken_line_ != 0) return;
-        if (begins_in_row_ || !is_row_done()) set_broken(line_at_begin_);
+    void end() const {
+        if (!row_.empty()) fail_row();
     }
-    /// After the last item.
-    void end_all() {
-        if (!is_row_done() && broken_line_ == 0) set_broken(line_);
-        skip_blank_lines();
-        if (!is_row_done() || !rest_.empty()) require_whole_items();
-    }
-    std::size_t left() const { return rest_.size(); }
+    /// The bytes after the last item.
+    std::size_t left() const { return is_text_ ? trimmed(rest_, " \t\r\n").size() : rest_.size(); }
 
     double number(const PlyType& type) {
         if (!is_text_) return take_value(type);
@@ -311,48 +268,39 @@ public:
 
 private:
     static bool is_blank(char c) { return c == ' ' || c == '\t'; }
-    bool is_row_done() const { return std::all_of(row_.begin(), row_.end(), is_blank); }
 
-    void set_broken(std::uint64_t line) {
-        broken_line_ = line;
-        broken_name_ = element_->name;
-    }
-
-    void skip_blank_lines() {
-        std::size_t i = 0;
-        for (; is_text_ && i < rest_.size(); ++i) {
-            if (rest_[i] == '\n' || (rest_[i] == '\r' && !rest_.substr(i + 1).starts_with('\n')))
-                ++next_line_;
-            else if (rest_[i] != ' ' && rest_[i] != '\t' && rest_[i] != '\r')
-                break;
-        }
-        rest_.remove_prefix(i);
-    }
-
+    /// Goes to the next line that is not blank.
     void next_row() {
-        skip_blank_lines();
-        line_ = next_line_;
-        if (rest_.empty()) fail_end();
-        const auto* const end =
-            std::find_if(rest_.begin(), rest_.end(), [](char c) { return c == '\n' || c == '\r'; });
-        row_ = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
-        rest_.remove_prefix(row_.size());
+        for (row_ = {}; row_.empty();) {
+            ++line_;
+            if (rest_.empty()) fail_end();
+            const auto* const end = std::find_if(rest_.begin(), rest_.end(),
+                                                 [](char c) { return c == '\n' || c == '\r'; });
+            const auto length = static_cast<std::size_t>(end - rest_.begin());
+            row_ = trimmed(rest_.substr(0, length), kBlanks);
+            rest_.remove_prefix(length);
+            if (!rest_.empty()) rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : 1);
+        }
     }
 
+    [[noreturn]] void fail_row() const {
+        fail(
+            fmt::format("more or fewer values than {} has; is the header right, and the file "
+                        "complete?",
+                        quote(element_->name)));
+    }
     [[noreturn]] void fail_end() const {
         fail(fmt::format("ends within {} {} of {}; is the file complete?", quote(element_->name),
                          item_, element_->count));
     }
 
     std::string_view next_word() {
-        const auto* begin = std::find_if_not(row_.begin(), row_.end(), is_blank);
-        if (begin == row_.end()) {
-            next_row();
-            begin = std::find_if_not(row_.begin(), row_.end(), is_blank);
-        }
-        const auto* const end = std::find_if(begin, row_.end(), is_blank);
-        row_.remove_prefix(static_cast<std::size_t>(end - row_.begin()));
-        return {begin, static_cast<std::size_t>(end - begin)};
+        if (row_.empty()) fail_row();
+        const auto* const end = std::find_if(row_.begin(), row_.end(), is_blank);
+        const std::string_view word(row_.begin(), static_cast<std::size_t>(end - row_.begin()));
+        const auto* const next = std::find_if_not(end, row_.end(), is_blank);
+        row_.remove_prefix(static_cast<std::size_t>(next - row_.begin()));
+        return word;
     }
 
     const char* take(std::size_t size) {
@@ -377,14 +325,8 @@ private:
     const PlyElement* element_ = nullptr;
     std::uint64_t item_ = 0;
     std::uint64_t left_at_begin_ = 0;
-    std::uint64_t next_line_;
-    std::uint64_t line_ = 0;
+    std::uint64_t line_;
     std::string_view row_;  // without the values that were read
-    bool begins_in_row_ = false;
-    std::uint64_t line_at_begin_ = 0;
-    /// The first line in which an item begins or ends among others, over several lines; 0: none.
-    std::uint64_t broken_line_ = 0;
-    std::string_view broken_name_;
 };
 
 class PlyReader {
@@ -395,21 +337,18 @@ public:
           name_(name),
           options_(options),
           values_(text, header, name),
-          rules_(options.lenient, [this] {
-              values_.require_whole_items();
-              return values_.place();
-          }) {}
+          rules_(options.lenient, [this] { return values_.place(); }) {}
 
     FileMesh read() {
         for (const PlyElement& element : header_.elements) {
             if (element.name != "vertex") continue;
-            vertex_count_ = static_cast<std::size_t>(element.count);
-            positions_.reserve(vertex_count_);
+            vertex_count_ = element.count;
+            // The file may be cut, and each has three bytes at least.
+            positions_.reserve(std::min<std::uint64_t>(vertex_count_, values_.left() / 3));
             has_normals_ = !options_.positions_only && element.has(kNormalAxes);
             has_colours_ = colours_of(element) != nullptr;
         }
         for (const PlyElement& element : header_.elements) read_element(element);
-        values_.end_all();
         if (values_.left() > 0 && options_.warn) {
             options_.warn(
                 {name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
@@ -452,7 +391,6 @@ private:
         if (element.properties.empty()) return;
         const bool is_vertex = element.name == "vertex";
         const bool is_read = is_vertex || element.has_faces();
-        const bool are_strips = element.name == "tristrips";
         columns_.assign(element.properties.size(), {});
         if (is_vertex) add_columns(element, kPlyPosition, position_);
         if (is_vertex && has_normals_) add_columns(element, kNormalAxes, normal_);
@@ -465,7 +403,7 @@ private:
             for (std::size_t i = 0; i < element.properties.size(); ++i) {
                 const PlyProperty& property = element.properties[i];
                 if (property.count_type != nullptr)
-                    read_list(property, are_strips);
+                    read_list(property);
                 else if (columns_[i].number != nullptr)
                     read_number(columns_[i], *property.type);
                 else
@@ -505,7 +443,7 @@ private:
         if (has_colours_) mesh_.vertex_colours.emplace_back(colour_);
     }
 
-    void read_list(const PlyProperty& property, bool are_strips) {
+    void read_list(const PlyProperty& property) {
         const std::int64_t count = values_.integer(*property.count_type);
         if (count < 0) values_.fail(fmt::format("list of {} entries; is the header right?", count));
         corners_.clear();
@@ -515,32 +453,12 @@ private:
             else
                 values_.skip(*property.type);
         }
-        if (!property.has_corners) return;
-        if (are_strips)
-            add_strips();
-        else
-            add_face();
-    }
-    /// -1 ends a strip. Every second triangle is turned, so that a strip has one outside.
-    void add_strips() {
-        const std::vector<std::int64_t> strips = std::exchange(corners_, {});
-        std::size_t first = 0;
-        for (std::size_t i = 0; i <= strips.size(); ++i) {
-            const std::size_t length = i - first;
-            if (i == strips.size() || strips[i] == -1) {
-                if (length > 0) rules_.keeps_face(length, false);
-                first = i + 1;
-            } else if (length >= 2) {
-                const std::size_t turn = length % 2;
-                corners_ = {strips[i - 2 + turn], strips[i - 1 - turn], strips[i]};
-                add_face();
-            }
-        }
+        if (property.has_corners) add_face();
     }
     void add_face() {
         if (!rules_.keeps_face(corners_.size(), false)) return;
         for (const std::int64_t corner : corners_) {
-            if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count_) continue;
+            if (corner >= 0 && static_cast<std::uint64_t>(corner) < vertex_count_) continue;
             return rules_.leave_out(
                 fmt::format("vertex {} of {}; indices start at 0 and end below the number of "
                             "vertices",
@@ -568,7 +486,7 @@ private:
     PlyValues values_;
     MeshRules rules_;
     FileMesh mesh_;
-    std::size_t vertex_count_ = 0;
+    std::uint64_t vertex_count_ = 0;
     bool has_normals_ = false;
     bool has_colours_ = false;
     glm::dvec3 position_ = {};

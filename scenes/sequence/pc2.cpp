@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
 
 #include "common/base/input_file.h"
@@ -61,12 +60,9 @@ public:
 
     std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
         file_.read(kHeadSize + sample_bytes() * keyframe, std::as_writable_bytes(out));
-        const auto bad =
-            std::ranges::find_if_not(out, [](const vec3& p) { return MeshRules::is_good(p); });
-        if (bad == out.end()) return std::nullopt;
-        const std::string what =
-            fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
-                        frame(keyframe), bad - out.begin());
+        const std::optional<std::string> bad = MeshRules::bad_vertex(out);
+        if (!bad) return std::nullopt;
+        const std::string what = fmt::format("frame {}: {}", frame(keyframe), *bad);
         if (!lenient_) fail(what + "; repair it", Hint::kLenient);
         return Warning{escape(file_.path()), what + "; kept as it is"};
     }

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <ranges>
 
 #include "common/text/text.h"
 #include "scenes/obj/obj_reader.h"
@@ -16,33 +17,25 @@
 namespace mray {
 namespace {
 
-/// Gives triangles the smooth numbers and textures of their corners, indices in mesh.faces.
-void set_corners(const FileMesh& mesh, std::span<const uvec3> corners, std::vector<uvec3>& smooth,
-                 SceneTextures& textures) {
-    if (!mesh.smooth.empty()) {
-        smooth.reserve(corners.size());
-        for (const uvec3& t : corners)
-            smooth.emplace_back(mesh.smooth[t.x], mesh.smooth[t.y], mesh.smooth[t.z]);
-    }
-    if (mesh.textures.empty()) return;
+/// Gives triangles what the file says of their faces and their corners, indices in mesh.faces.
+void set_appearance(const FileMesh& mesh, std::span<const uvec3> corners, FirstMesh& first) {
+    SceneTextures& textures = first.textures;
     textures.files = mesh.textures;
-    textures.texcoords.reserve(corners.size());
-    for (const uvec3& t : corners)
-        textures.texcoords.push_back(
-            {mesh.texcoords[t.x], mesh.texcoords[t.y], mesh.texcoords[t.z]});
-    textures.texture_ids.reserve(corners.size());
-    for (std::size_t face = 0; face < mesh.face_textures.size(); ++face) {
-        textures.texture_ids.insert(textures.texture_ids.end(), mesh.faces.corner_counts[face] - 2,
-                                    mesh.face_textures[face]);
+    for (const uvec3& t : corners) {
+        if (!mesh.smooth.empty())
+            first.smooth.emplace_back(mesh.smooth[t.x], mesh.smooth[t.y], mesh.smooth[t.z]);
+        if (!mesh.textures.empty())
+            textures.texcoords.push_back(
+                {mesh.texcoords[t.x], mesh.texcoords[t.y], mesh.texcoords[t.z]});
     }
-}
-
-void set_albedo(const FileMesh& mesh, Topology& topology) {
-    topology.albedo.reserve(topology.triangles.size());
-    for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
-        topology.albedo.insert(topology.albedo.end(), mesh.faces.corner_counts[face] - 2,
-                               mesh.albedo[face]);
-    }
+    Topology& topology = first.topology;
+    const auto for_triangles = [&](const auto& of_faces, auto& of_triangles) {
+        for (std::size_t face = 0; face < of_faces.size(); ++face)
+            of_triangles.insert(of_triangles.end(), mesh.faces.corner_counts[face] - 2,
+                                of_faces[face]);
+    };
+    for_triangles(mesh.face_textures, textures.texture_ids);
+    for_triangles(mesh.albedo, topology.albedo);
     topology.albedo.resize(topology.triangles.size(), kClay);
     const std::vector<vec3>& colours = mesh.vertex_colours;
     for (std::size_t i = 0; !colours.empty() && i < topology.triangles.size(); ++i) {
@@ -156,15 +149,10 @@ private:
 
     /// The last keyframe at or before a frame of the animation.
     std::size_t at_or_before(double frame) const {
-        std::size_t first = 0;
-        std::size_t count = source_->count();
-        while (count > 1) {
-            const std::size_t half = count / 2;
-            const bool is_later = source_->frame(first + half) > frame;
-            if (!is_later) first += half;
-            count = is_later ? half : count - half;
-        }
-        return first;
+        const auto later = std::views::iota(std::size_t{1}, source_->count());
+        const auto after = std::ranges::partition_point(
+            later, [&](std::size_t keyframe) { return source_->frame(keyframe) <= frame; });
+        return static_cast<std::size_t>(after - later.begin());
     }
 
     std::vector<uvec3> smooth_;
@@ -263,8 +251,7 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
                      "face crosses itself; its triangles may lie outside; repair it");
     }
     warnings.tell(options.warn);
-    set_corners(mesh, corners, first.smooth, first.textures);
-    set_albedo(mesh, topology);
+    set_appearance(mesh, corners, first);
     first.faces = std::move(mesh.faces);
     first.origin = mesh.origin;
     first.positions = std::move(mesh.positions);

@@ -180,11 +180,10 @@ std::string error_with(int accessor, std::size_t index, T value,
 
 TEST(BadGltf, NumbersThatCannotBe) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const float infinity = std::numeric_limits<float>::infinity();
     const std::string vertex =
-        "attributes.POSITION: vertex 1 has a coordinate that is not finite or "
-        "beyond 1e30; repair it";
+        "frame 0: vertex 1 has a coordinate that is not finite or beyond 1e30; repair it";
     EXPECT_TRUE(has(error_with(0, 4, nan), vertex));
+    EXPECT_TRUE(has(error_with(5, 20, nan), vertex));
     EXPECT_TRUE(has(error_with(0, 4, 1e31f), vertex));
     EXPECT_EQ(error_with(0, 4, nan, {.lenient = true}), "");
     EXPECT_EQ(error_with(2, 4, -0.5f),
@@ -193,14 +192,9 @@ TEST(BadGltf, NumbersThatCannotBe) {
     EXPECT_TRUE(has(error_with(2, 4, nan), "has the weight nan"));
     EXPECT_TRUE(has(error_with(2, 0, 0.0f), "vertex 0 has no weight above 0; repair it"));
     EXPECT_EQ(error_with(2, 0, 0.0f, {.lenient = true}), "");
-    EXPECT_TRUE(has(error_with(3, 5, infinity), "element 1 is not finite"));
-    EXPECT_TRUE(has(error_with(5, 20, nan), "matrix 1 is not finite"));
     EXPECT_TRUE(has(error_with(6, 1, nan), "number 1 is not finite"));
-    EXPECT_TRUE(has(error_with(7, 0, 1.0f), "times 0 and 1 are equal; repair them"));
-    EXPECT_EQ(error_with(7, 0, 1.0f, {.lenient = true}), "");
-    EXPECT_TRUE(has(error_with(7, 0, 2.0f, {.lenient = true}), "times must increase"));
-    EXPECT_TRUE(has(error_with(7, 0, -1.0f), "time 0 is -1, below 0; repair them"));
-    EXPECT_EQ(error_with(7, 0, -1.0f, {.lenient = true}), "");
+    EXPECT_TRUE(has(error_with(7, 0, 1.0f), "time 1 is 1; times must increase"));
+    EXPECT_TRUE(has(error_with(7, 0, -1.0f), "time 0 is -1; times must increase, from 0 to"));
     EXPECT_TRUE(has(error_with(7, 0, nan, {.lenient = true}), "is not finite"));
     EXPECT_TRUE(has(error_with(7, 1, 1e9f), "time 1 is 1000000000"));
     EXPECT_TRUE(has(error_with(1, 5, std::uint8_t{255}), "uses joint 255"));
