@@ -64,6 +64,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -219,34 +220,23 @@ Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
 }
 
 Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
-    : scene_(scene), place_skinned_(SIMD_FUNCTION(place_skinned, target)) {
-    for (std::size_t i = 0; i < scene.placed_sets.size(); ++i) {
-        const std::size_t count = scene.placed_sets[i].set->positions.size();
-        for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
-            blocks_.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(begin),
-                               static_cast<std::uint32_t>(std::min(begin + kBlockSize, count))});
-        }
-    }
-}
+    : scene_(scene), place_skinned_(SIMD_FUNCTION(place_skinned, target)) {}
 
 bool Skinning::place(const Pose& pose, std::span<vec3> out) const {
     const std::map<std::uint32_t, std::vector<Columns>> joints = joint_maps(scene_, pose);
     std::atomic<bool> are_good = true;
-    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t index) {
-        const Block& block = blocks_[index];
-        const PlacedSet& of = scene_.placed_sets[block.placed_set];
+    const auto place_block = [&](std::size_t index, std::size_t begin, std::size_t end) {
+        const PlacedSet& of = scene_.placed_sets[index];
         Scratch positions;
         const bool is_morphed = !of.set->targets.empty();
-        if (is_morphed || !of.skin)
-            morph(*of.set, pose.weights[block.placed_set], block.begin, block.end, positions);
-        const std::span<vec3> placed =
-            out.subspan(of.first_vertex + block.begin, block.end - block.begin);
+        if (is_morphed || !of.skin) morph(*of.set, pose.weights[index], begin, end, positions);
+        const std::span<vec3> placed = out.subspan(of.first_vertex + begin, end - begin);
         if (of.skin) {
             const Influences& influences = of.set->influences;
-            const std::size_t first = block.begin * influences.per_vertex;
+            const std::size_t first = begin * influences.per_vertex;
             place_skinned_(
                 {joints.at(*of.skin).data(), influences.per_vertex, &influences.joints[first],
-                 &influences.weights[first], &of.set->positions[block.begin],
+                 &influences.weights[first], &of.set->positions[begin],
                  is_morphed ? positions.data() : nullptr, placed.size()},
                 placed.data());
         } else {
@@ -256,6 +246,13 @@ bool Skinning::place(const Pose& pose, std::span<vec3> out) const {
             }
         }
         if (!MeshRules::are_good(placed)) are_good = false;
+    };
+    using Range = tbb::blocked_range<std::size_t>;
+    tbb::parallel_for(std::size_t{0}, scene_.placed_sets.size(), [&](std::size_t index) {
+        tbb::parallel_for(
+            Range(0, scene_.placed_sets[index].set->positions.size(), kBlockSize),
+            [&](const Range& block) { place_block(index, block.begin(), block.end()); },
+            tbb::simple_partitioner());
     });
     return are_good;
 }

@@ -52,16 +52,8 @@ public:
     bool place(const Pose& pose, std::span<vec3> out) const;
 
 private:
-    /// Vertices [begin, end) of a placed set, which one task places.
-    struct Block {
-        std::uint32_t placed_set = 0;
-        std::uint32_t begin = 0;
-        std::uint32_t end = 0;
-    };
-
     const GltfScene& scene_;
     void (*place_skinned_)(const SkinnedVertices& vertices, vec3* out);
-    std::vector<Block> blocks_;
 };
 
 }  // namespace mray::gltf

@@ -70,14 +70,8 @@ inline glm::dvec4 unit_quaternion(const glm::dvec4& q) {
     return q / length;
 }
 
-/// sin(u * angle) / sin(angle) for small angles, from x = cos(angle) - 1:
-///
-/// 1. The quotient is u * (1 + a_1 * x + a_1 * a_2 * x^2 + ...) with
-///    a_i = (u^2 - i^2) / (i * (2 * i + 1)) (Eberly, equations 12 and 13). For u in [0, 1] every
-///    |a_i| is below 1/2.
-/// 2. Two quaternions on one half of the sphere are at most 90 degrees apart. Halving the arc five
-///    times leaves 90 / 32 degrees, whose x is above -0.00121.
-/// 3. So the terms after the fifth are below (0.00121 / 2)^6 < 1e-19 together.
+/// sin(u * angle) / sin(angle) for small angles, from x = cos(angle) - 1 above -0.00121
+/// (docs/design/gltf.md has the derivation).
 inline double sine_quotient(double u, double x) {
     constexpr int kTerms = 5;
     double sum = 1;

@@ -322,7 +322,7 @@ public:
         while (!lines_.at_end()) read_statement();
         if (!mesh_.faces.corners.empty() && largest_vertex_ >= positions_.size()) {
             throw Error(ErrorKind::kBadInput, "{}:{}: {}", name_, largest_vertex_line_,
-                        not_there(largest_vertex_));
+                        not_there(std::int64_t{largest_vertex_} + 1));
         }
         set_positions(mesh_, positions_, options_);
         // Vertices without a colour, in a file with some, are white.
@@ -412,17 +412,10 @@ private:
         for (const Corner& corner : corners_) {
             const int index = corner[0];
             std::uint32_t vertex = index_of(index, positions_.size());
-            if (vertex == kNone && index <= 0) {
-                return rules_.leave_out(
-                    index == 0 ? "vertex 0; indices start at 1"
-                               : fmt::format("vertex {} relative to {} so far; is the file "
-                                             "complete?",
-                                             index, positions_.size()));
-            }
             if (vertex == kNone) {
                 // It may follow its faces.
+                if (index <= 0 || options_.lenient) return rules_.leave_out(not_there(index));
                 vertex = static_cast<std::uint32_t>(index - 1);
-                if (options_.lenient) return rules_.leave_out(not_there(vertex));
             }
             if (vertex >= largest_vertex_) {
                 largest_vertex_ = vertex;
@@ -445,9 +438,9 @@ private:
         materials_.add_face(texcoords_of_face_);
     }
 
-    std::string not_there(std::uint32_t vertex) const {
+    std::string not_there(std::int64_t index) const {
         return fmt::format("vertex {} of {}; indices start at 1 and end at the number of vertices",
-                           vertex + 1, positions_.size());
+                           index, positions_.size());
     }
 
     /// The number of the first corner with this vertex and normal.

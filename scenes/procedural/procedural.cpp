@@ -77,9 +77,6 @@ glm::dvec3 sheet_point(const Pose& pose, double x, double z) {
     return {rim * angle.cos, y, rim * angle.sin};
 }
 
-// -1 to 1 over the grid's rows or columns.
-double across(std::uint32_t index, std::uint32_t count) { return 2.0 * index / count - 1; }
-
 GridColour checkers(const Grid& grid, Albedo light, Albedo dark) {
     return [grid, light, dark](std::uint32_t row, std::uint32_t column) {
         const auto tile = [](std::uint32_t index, std::uint32_t count) {
@@ -104,20 +101,16 @@ DeformingMesh make(std::uint64_t triangles) {
         const Pose pose = pose_at(frame);
         const std::uint32_t ball_begin = ground.vertex_count();
         const std::uint32_t sheet_begin = ball_begin + ball.vertex_count();
-        const auto on_sheet = [](const Grid& grid, std::uint32_t vertex) {
-            return std::pair{across(vertex % (grid.columns + 1), grid.columns),
-                             across(vertex / (grid.columns + 1), grid.rows)};
-        };
         for (std::uint32_t i = range.begin; i < range.end; ++i) {
             if (i < ball_begin) {
-                const auto [x, z] = on_sheet(ground.grid(), i);
-                out[i] = round_to_float({kGroundHalfSide * x, 0, kGroundHalfSide * z});
+                const glm::dvec2 at = kGroundHalfSide * ground.at(i);
+                out[i] = round_to_float({at.x, 0, at.y});
             } else if (i < sheet_begin) {
                 out[i] = round_to_float(glm::dvec3(0, kBallRadius, 0) +
                                         kBallRadius * ball.direction(i - ball_begin));
             } else {
-                const auto [x, z] = on_sheet(sheet.grid(), i - sheet_begin);
-                out[i] = round_to_float(sheet_point(pose, kSheetHalfSide * x, kSheetHalfSide * z));
+                const glm::dvec2 at = kSheetHalfSide * sheet.at(i - sheet_begin);
+                out[i] = round_to_float(sheet_point(pose, at.x, at.y));
             }
         }
     };
@@ -285,10 +278,9 @@ Albedo fleece_colour(std::uint32_t animal) {
     return colours[draw < 0.5 ? 0 : draw < 0.75 ? 1 : draw < 0.9 ? 2 : 3];
 }
 
-glm::dvec3 ground_point(const Grid& grid, std::uint32_t row, std::uint32_t column) {
-    const double x = kGroundHalfSide * (2.0 * column / grid.columns - 1);
-    const double z = kGroundHalfSide * (2.0 * row / grid.rows - 1);
-    return {x, ground_height(x, z), z};
+glm::dvec3 ground_point(const Sheet& ground, std::uint32_t vertex) {
+    const glm::dvec2 at = kGroundHalfSide * ground.at(vertex);
+    return {at.x, ground_height(at.x, at.y), at.y};
 }
 
 DeformingMesh make(std::uint64_t triangles) {
@@ -305,12 +297,12 @@ DeformingMesh make(std::uint64_t triangles) {
     const Pasture pasture{static_cast<std::uint32_t>(std::ceil(std::sqrt(animals)))};
 
     DeformingMesh mesh;
-    ground.append_to(mesh.topology,
-                     [grid = ground.grid()](std::uint32_t row, std::uint32_t column) {
-                         const double height = ground_point(grid, row, column).y + 0.9;  // 0 to 1.8
-                         const auto lift = static_cast<std::uint32_t>(std::max(0.0, 40 * height));
-                         return rgb(40 + lift, 84 + lift / 2, 34);
-                     });
+    ground.append_to(mesh.topology, [&](std::uint32_t row, std::uint32_t column) {
+        const std::uint32_t vertex = row * (ground.grid().columns + 1) + column;
+        const double height = ground_point(ground, vertex).y + 0.9;  // 0 to 1.8
+        const auto lift = static_cast<std::uint32_t>(std::max(0.0, 40 * height));
+        return rgb(40 + lift, 84 + lift / 2, 34);
+    });
     for (std::uint32_t animal = 0; animal < animals; ++animal) {
         for (std::uint32_t part = 0; part < kPartCount; ++part) {
             const Albedo albedo = kParts[part].fleece ? fleece_colour(animal) : rgb(58, 44, 40);
@@ -319,10 +311,9 @@ DeformingMesh make(std::uint64_t triangles) {
     }
     mesh.move = [ground, pasture, vertices = body.vertices](double frame, IndexRange range,
                                                             std::span<vec3> out) {
-        const std::uint32_t stride = ground.grid().columns + 1;
         const std::uint32_t ground_end = std::min(range.end, ground.vertex_count());
         for (std::uint32_t i = range.begin; i < ground_end; ++i)
-            out[i] = round_to_float(ground_point(ground.grid(), i / stride, i % stride));
+            out[i] = round_to_float(ground_point(ground, i));
         const auto per_animal = static_cast<std::uint32_t>(vertices.size());
         std::uint32_t i = std::max(range.begin, ground.vertex_count());
         while (i < range.end) {

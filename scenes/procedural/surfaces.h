@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scenes/animation.h"
@@ -102,6 +103,12 @@ public:
     std::uint32_t vertex_count() const { return (grid_.rows + 1) * (grid_.columns + 1); }
     /// Counter-clockwise seen from +y when rows run along +z and columns along +x.
     void append_to(Topology& topology, const GridColour& colour) const;
+    /// The place of a vertex along x and z, from -1 to 1.
+    glm::dvec2 at(std::uint32_t vertex) const {
+        const std::uint32_t stride = grid_.columns + 1;
+        return {2.0 * (vertex % stride) / grid_.columns - 1,
+                2.0 * (vertex / stride) / grid_.rows - 1};
+    }
 
 private:
     Grid grid_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "common/text/text.h"
@@ -21,11 +22,8 @@ struct Pattern {
     std::string suffix = {};
 };
 
-struct NumberedName {
-    std::string name;
-    std::size_t digits = 0;
-    std::uint64_t number = 0;
-};
+/// The names of files that match a pattern, by their numbers.
+using NumberedNames = std::map<std::uint64_t, std::string>;
 
 [[noreturn]] void fail_at(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), hint);
@@ -55,37 +53,36 @@ Pattern pattern_of(const std::string& name) {
     return {name.substr(0, before + 1), name.substr(last + 1)};  // npos + 1 is 0
 }
 
-/// Nothing for a name that does not match.
-std::optional<NumberedName> numbered(const std::string& name, const Pattern& pattern) {
+/// Adds a name; returns false for one that does not match.
+bool add_numbered(const fs::path& folder, const Pattern& pattern, const std::string& name,
+                  NumberedNames& names) {
     const std::size_t around = pattern.prefix.size() + pattern.suffix.size();
     if (name.size() <= around || name.size() - around > kMostDigits ||
         !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix))
-        return std::nullopt;
-    const std::string digits = name.substr(pattern.prefix.size(), name.size() - around);
-    const auto number = parse_unsigned(digits);
-    return number ? std::optional(NumberedName{name, digits.size(), *number}) : std::nullopt;
+        return false;
+    const auto number =
+        parse_unsigned(std::string_view(name).substr(pattern.prefix.size(), name.size() - around));
+    if (!number) return false;
+    const auto [known, is_new] = names.emplace(*number, name);
+    if (is_new) return true;
+    fail_at(folder, fmt::format("{} and {} are the same frame; remove one", escape(known->second),
+                                escape(name)));
 }
 
 /// Number `first` is frame 0, and the next frame is `step` numbers on. Reports missing ones.
 std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& pattern,
-                                         const std::vector<NumberedName>& names,
-                                         std::uint64_t first, std::uint64_t step,
-                                         const AnimationOptions& options) {
+                                         const NumberedNames& names, std::uint64_t first,
+                                         std::uint64_t step, const AnimationOptions& options) {
     std::vector<KeyframeFile> files;
     std::string first_missing;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        files.push_back(
-            {static_cast<double>((names[i].number - first) / step), folder / names[i].name});
-        if (i == 0) continue;
-        const NumberedName& before = names[i - 1];
-        if (names[i].number == before.number) {
-            fail_at(folder, fmt::format("{} and {} are the same frame; remove one",
-                                        escape(before.name), escape(names[i].name)));
-        }
-        if (first_missing.empty() && names[i].number - before.number > step) {
-            first_missing = fmt::format("{}{:0{}}{}", pattern.prefix, before.number + step,
-                                        before.digits, pattern.suffix);
-        }
+    auto before = names.begin();
+    for (auto at = names.begin(); at != names.end(); before = at++) {
+        files.push_back({static_cast<double>((at->first - first) / step), folder / at->second});
+        if (!first_missing.empty() || at->first - before->first <= step) continue;
+        const std::size_t digits =
+            before->second.size() - pattern.prefix.size() - pattern.suffix.size();
+        first_missing =
+            fmt::format("{}{:0{}}{}", pattern.prefix, before->first + step, digits, pattern.suffix);
     }
     if (first_missing.empty()) return files;
     const double missing =
@@ -142,37 +139,32 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const Animatio
     if (all.empty())
         fail_at(folder / (prefix + '*' + suffix),
                 "no .obj or .ply file of this name; check the path");
+    if (all.size() == 1) return {{0, folder / all[0]}};
     const Pattern pattern = pattern_of(all[0]);
-    std::vector<NumberedName> names;
+    NumberedNames names;
     for (const std::string& name : all) {
-        const std::optional<NumberedName> file = numbered(name, pattern);
-        if (!file && name != all[0]) {
-            fail_at(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern "
-                                        "such as frame_%04d.obj, or one file",
-                                        escape(all[0]), escape(name)));
-        }
-        names.push_back(file.value_or(NumberedName{name}));
+        if (add_numbered(folder, pattern, name, names)) continue;
+        fail_at(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern such "
+                                    "as frame_%04d.obj, or one file",
+                                    escape(all[0]), escape(name == all[0] ? all[1] : name)));
     }
-    std::ranges::stable_sort(names, {}, &NumberedName::number);
-    const std::uint64_t first = names[0].number;
+    const std::uint64_t first = names.begin()->first;
     std::uint64_t step = 0;
-    for (const NumberedName& name : names) step = std::gcd(step, name.number - first);
-    return numbered_files(folder, pattern, names, first, std::max<std::uint64_t>(step, 1), options);
+    for (const auto& [number, name] : names) step = std::gcd(step, number - first);
+    return numbered_files(folder, pattern, names, first, step, options);
 }
 
 std::vector<KeyframeFile> files_of_pattern(const std::string& text,
                                            const AnimationOptions& options) {
     const Pattern pattern = split_pattern(text);
-    const fs::path folder = fs::path(text).parent_path();
-    std::vector<NumberedName> names;
-    for (const std::string& name : file_names(folder.empty() ? "." : folder))
-        if (const auto file = numbered(name, pattern)) names.push_back(*file);
+    fs::path folder = fs::path(text).parent_path();
+    if (folder.empty()) folder = ".";
+    NumberedNames names;
+    for (const std::string& name : file_names(folder)) add_numbered(folder, pattern, name, names);
     // A star also stands for more than a number, as in *.obj.
     if (names.empty() && text.ends_with('*' + pattern.suffix))
-        return files_of_folder(folder.empty() ? "." : folder, options, pattern.prefix,
-                               pattern.suffix);
+        return files_of_folder(folder, options, pattern.prefix, pattern.suffix);
     if (names.empty()) fail_at(text, "no file matches this pattern; check the path");
-    std::ranges::stable_sort(names, {}, &NumberedName::number);
     return numbered_files(folder, pattern, names, 0, 1, options);
 }
 
