@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <functional>
 
 #include "common/base/input_file.h"
 #include "common/text/text.h"
@@ -24,11 +25,10 @@ struct Head {
 };
 constexpr std::uint64_t kHeadSize = kName.size() + sizeof(Head);
 
-/// Each sample is a keyframe.
-class CacheSource : public KeyframeSource {
+class PointCache {
 public:
     /// Throws Error(kBadInput) for another file, another size than the head says, or no samples.
-    CacheSource(const std::filesystem::path& path, bool lenient) : file_(path), lenient_(lenient) {
+    PointCache(const std::filesystem::path& path, bool lenient) : file_(path), lenient_(lenient) {
         static_assert(std::endian::native == std::endian::little);
         std::array<char, kName.size()> name = {};
         if (file_.size() >= name.size()) file_.read(0, std::as_writable_bytes(std::span(name)));
@@ -52,13 +52,13 @@ public:
 
     std::uint32_t point_count() const { return head_.points; }
 
-    std::size_t count() const override { return head_.samples; }
-    double frame(std::size_t keyframe) const override {
-        return static_cast<double>(head_.first_frame) +
-               static_cast<double>(keyframe) * static_cast<double>(head_.frames_per_sample);
+    std::vector<double> frames() const {
+        std::vector<double> frames(head_.samples);
+        for (std::size_t i = 0; i < frames.size(); ++i) frames[i] = frame(i);
+        return frames;
     }
 
-    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const {
         file_.read(kHeadSize + sample_bytes() * keyframe, std::as_writable_bytes(out));
         const std::optional<std::string> bad = MeshRules::bad_vertex(out);
         if (!bad) return std::nullopt;
@@ -68,6 +68,11 @@ public:
     }
 
 private:
+    double frame(std::size_t sample) const {
+        return static_cast<double>(head_.first_frame) +
+               static_cast<double>(sample) * static_cast<double>(head_.frames_per_sample);
+    }
+
     std::uint64_t sample_bytes() const {
         static_assert(sizeof(vec3) == 3 * sizeof(float));
         return std::uint64_t{sizeof(vec3)} * head_.points;
@@ -100,7 +105,7 @@ std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
                                        const std::filesystem::path& cache, const std::string& name,
                                        const AnimationOptions& options) {
     FirstMesh first = read_first_mesh(mesh, options);
-    auto source = std::make_unique<CacheSource>(cache, options.lenient);
+    const auto source = std::make_shared<const PointCache>(cache, options.lenient);
     if (source->point_count() != first.topology.vertex_count) {
         throw Error(ErrorKind::kBadInput,
                     "{}: has {} points, but {} has {} vertices; give the mesh that the cache was "
@@ -111,7 +116,9 @@ std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
     first.positions = {};
     // The cache has floats.
     first.origin = {};
-    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
+    return stream_keyframes(name, std::move(first),
+                            {source->frames(), std::bind_front(&PointCache::read, source)},
+                            options.warn);
 }
 
 }  // namespace mray

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cassert>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <ranges>
 
 #include "common/text/text.h"
 #include "scenes/obj/obj_reader.h"
@@ -86,19 +86,19 @@ private:
 
 class StreamedAnimation : public Animation {
 public:
-    StreamedAnimation(const std::string& name, FirstMesh first,
-                      std::unique_ptr<KeyframeSource> source, const WarnFunction& warn)
+    StreamedAnimation(const std::string& name, FirstMesh first, Keyframes keyframes,
+                      const WarnFunction& warn)
         : Animation(name),
           smooth_(std::move(first.smooth)),
-          source_(std::move(source)),
+          keyframes_(std::move(keyframes)),
           warn_(warn),
-          cache_(source_->count(), first.topology.vertex_count) {
+          cache_(keyframes_.frames.size(), first.topology.vertex_count) {
         topology_ = std::move(first.topology);
         smooth_corners_ = smooth_.empty() ? topology_.triangles : smooth_;
         textures_ = std::move(first.textures);
         origin_ = first.origin;
-        first_frame_ = source_->frame(0);
-        last_frame_ = source_->frame(source_->count() - 1);
+        first_frame_ = keyframes_.frames.front();
+        last_frame_ = keyframes_.frames.back();
         if (!first.positions.empty())
             cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(first.positions)));
         set_bounds(*keyframe(0));
@@ -109,11 +109,12 @@ public:
         // NaN becomes the first frame.
         if (!(frame > first_frame())) frame = first_frame();
         frame = std::min(frame, last_frame());
-        const std::size_t before = at_or_before(frame);
-        const double from = source_->frame(before);
+        const std::vector<double>& frames = keyframes_.frames;
+        const auto after = std::ranges::upper_bound(frames, frame);
+        const auto before = static_cast<std::size_t>(after - frames.begin()) - 1;
+        const double from = frames[before];
         if (frame == from) return copy_keyframe(before, out);
-        const double step = source_->frame(before + 1) - from;
-        const auto f = static_cast<float>((frame - from) / step);
+        const auto f = static_cast<float>((frame - from) / (*after - from));
         // Closer to a keyframe than a float can distinguish.
         if (f == 0.0f) return copy_keyframe(before, out);
         if (f >= 1.0f) return copy_keyframe(before + 1, out);
@@ -141,22 +142,14 @@ private:
     }
 
     void read(std::size_t keyframe, std::span<vec3> out) const {
-        const std::optional<Warning> warning = source_->read(keyframe, out);
+        const std::optional<Warning> warning = keyframes_.read(keyframe, out);
         if (!warning || !warn_) return;
         const std::scoped_lock lock(warn_mutex_);
         warn_(*warning);
     }
 
-    /// The last keyframe at or before a frame of the animation.
-    std::size_t at_or_before(double frame) const {
-        const auto later = std::views::iota(std::size_t{1}, source_->count());
-        const auto after = std::ranges::partition_point(
-            later, [&](std::size_t keyframe) { return source_->frame(keyframe) <= frame; });
-        return static_cast<std::size_t>(after - later.begin());
-    }
-
     std::vector<uvec3> smooth_;
-    std::unique_ptr<KeyframeSource> source_;
+    Keyframes keyframes_;
     WarnFunction warn_;
     mutable KeyframeCache cache_;
     mutable std::mutex warn_mutex_;
@@ -172,10 +165,11 @@ std::uint64_t hash_of_faces(const Polygons& faces) {
     return Hasher().add(faces.corners).add(faces.corner_counts).digest();
 }
 
-class FileSource : public KeyframeSource {
+/// Reads keyframes from files of one topology.
+class KeyframeFiles {
 public:
-    FileSource(std::vector<KeyframeFile> files, const FirstMesh& first,
-               const AnimationOptions& options)
+    KeyframeFiles(std::vector<KeyframeFile> files, const FirstMesh& first,
+                  const AnimationOptions& options)
         : files_(std::move(files)),
           vertex_count_(first.positions.size()),
           face_count_(first.faces.corner_counts.size()),
@@ -183,9 +177,7 @@ public:
           origin_(first.origin),
           is_lenient_(options.lenient) {}
 
-    std::size_t count() const override { return files_.size(); }
-    double frame(std::size_t keyframe) const override { return files_[keyframe].frame; }
-    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const {
         const KeyframeFile& file = files_[keyframe];
         std::optional<Warning> first_warning;
         const WarnFunction warn = [&](const Warning& warning) {
@@ -259,9 +251,8 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
 }
 
 std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
-                                            std::unique_ptr<KeyframeSource> source,
-                                            const WarnFunction& warn) {
-    return std::make_unique<StreamedAnimation>(name, std::move(first), std::move(source), warn);
+                                            Keyframes keyframes, const WarnFunction& warn) {
+    return std::make_unique<StreamedAnimation>(name, std::move(first), std::move(keyframes), warn);
 }
 
 std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
@@ -269,8 +260,10 @@ std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files
                                           const AnimationOptions& options) {
     assert(!files.empty());
     FirstMesh first = read_first_mesh(files[0].path, options);
-    auto source = std::make_unique<FileSource>(files, first, options);
-    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
+    const auto source = std::make_shared<const KeyframeFiles>(files, first, options);
+    Keyframes keyframes = {.read = std::bind_front(&KeyframeFiles::read, source)};
+    for (const KeyframeFile& file : files) keyframes.frames.push_back(file.frame);
+    return stream_keyframes(name, std::move(first), std::move(keyframes), options.warn);
 }
 
 }  // namespace mray

@@ -21,18 +21,13 @@ struct FirstMesh {
 /// Reads the first file of an animation, by the format of its name. Throws as open_keyframes().
 FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options);
 
-/// One file for each keyframe, or one file for all. Threads may share one.
-class KeyframeSource {
-public:
-    virtual ~KeyframeSource() = default;
-
-    virtual std::size_t count() const = 0;
-    /// The frame of a keyframe; frames increase.
-    virtual double frame(std::size_t keyframe) const = 0;
-
-    /// Writes world space. Returns a warning about them. Throws Error(kBadInput) with file and
-    /// frame for a keyframe that cannot be used.
-    virtual std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const = 0;
+/// Threads may share them.
+struct Keyframes {
+    /// The frame of each; they increase.
+    std::vector<double> frames = {};
+    /// Writes the positions of a keyframe, in world space, and returns a warning about them. Throws
+    /// Error(kBadInput) with file and frame if they cannot be used.
+    std::function<std::optional<Warning>(std::size_t keyframe, std::span<vec3> out)> read = {};
 };
 
 /// a + (b - a) * f in float, for f in [0, 1). If a, b and b - a are finite, it lies between a and b
@@ -42,8 +37,7 @@ inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a +
 /// interpolate() makes positions between keyframes. Opening reads the first keyframe; a later one
 /// that cannot be used makes positions() throw Error(kBadInput).
 std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
-                                            std::unique_ptr<KeyframeSource> source,
-                                            const WarnFunction& warn);
+                                            Keyframes keyframes, const WarnFunction& warn);
 
 /// Each file is a keyframe. The first has the triangles, colours and textures; all must have its
 /// faces. Throws Error(kBadInput) for the first file alone.

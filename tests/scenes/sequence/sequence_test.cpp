@@ -289,32 +289,22 @@ TEST(KeyframeAnimation, MissingFrameIsRefusedOrInterpolated) {
     EXPECT_EQ(skipped.x_at(3.5), 6.5f);
 }
 
-/// Keyframes of positions (keyframe, vertex, 0), which counts what is read.
-class CountedSource : public KeyframeSource {
-public:
-    CountedSource(std::size_t count, std::atomic<int>& reads) : count_(count), reads_(reads) {}
-    std::size_t count() const override { return count_; }
-    double frame(std::size_t keyframe) const override { return static_cast<double>(keyframe); }
-    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
-        ++reads_;
-        for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] = vec3(static_cast<float>(keyframe), static_cast<float>(i), 0);
-        return std::nullopt;
-    }
-
-private:
-    std::size_t count_;
-    std::atomic<int>& reads_;
-};
-
+/// An animation with positions (keyframe, vertex, 0), which counts the keyframes that are read.
 std::unique_ptr<Animation> counted_animation(std::size_t count, std::uint32_t vertices,
                                              std::atomic<int>& reads) {
     FirstMesh first;
     first.topology.vertex_count = vertices;
     first.topology.triangles = {{0, 1, 2}};
     first.topology.albedo = {kClay};
-    return stream_keyframes("counted", std::move(first),
-                            std::make_unique<CountedSource>(count, reads), {});
+    Keyframes keyframes;
+    for (std::size_t i = 0; i < count; ++i) keyframes.frames.push_back(static_cast<double>(i));
+    keyframes.read = [&reads](std::size_t keyframe, std::span<vec3> out) {
+        ++reads;
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = vec3(static_cast<float>(keyframe), static_cast<float>(i), 0);
+        return std::optional<Warning>();
+    };
+    return stream_keyframes("counted", std::move(first), std::move(keyframes), {});
 }
 
 // Four keyframes are beyond the 128 MiB that stay in memory.
