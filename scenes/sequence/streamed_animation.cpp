@@ -240,7 +240,8 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
     WarningCount warnings;
     for (const std::size_t polygon : crossing) {
         warnings.add(fmt::format("{}{}", mesh.place_prefix, mesh.polygon_places[polygon]),
-                     "face crosses itself; its triangles may lie outside; repair it");
+                     "face crosses itself or has too many corners; its triangles may lie outside; "
+                     "repair it");
     }
     warnings.tell(options.warn);
     set_appearance(mesh, corners, first);

@@ -81,7 +81,7 @@ TEST(Triangulate, RandomConcavePolygonsAreCoveredOnce) {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> radius(0.1, 1);
     for (int round = 0; round <= 300; ++round) {
-        // The last one would take long if the time were quadratic.
+        // The last one would take long if the time were cubic.
         const int count = round < 300 ? 4 + round : 4000;
         std::vector<vec3> star;
         for (int i = 0; i < count; ++i) {
@@ -251,6 +251,17 @@ TEST(Triangulate, AFaceWhoseEdgesCrossIsNamed) {
     std::vector<std::size_t> crossing;
     EXPECT_EQ(triangulate(faces, positions, nullptr, &crossing).size(), 10u);
     EXPECT_EQ(crossing, (std::vector<std::size_t>{1, 2}));
+}
+
+TEST(Triangulate, AFaceOfTooManyCornersIsAFanAndIsNamed) {
+    std::vector<vec3> zigzag = {{0, -1, 0}};
+    for (int i = 0; i < 8192; ++i) zigzag.emplace_back(8192 - i, i % 2, 0);
+    std::vector<std::size_t> crossing;
+    const std::vector<uvec3> triangles =
+        triangulate(one_face(zigzag.size()), zigzag, nullptr, &crossing);
+    ASSERT_EQ(triangles.size(), zigzag.size() - 2);
+    EXPECT_EQ(triangles[5], uvec3(0, 6, 7));
+    EXPECT_EQ(crossing, std::vector<std::size_t>{0});
 }
 
 TEST(Triangulate, FacesWithoutAnAnswerStillGetTheirNumberOfTriangles) {
