@@ -39,7 +39,7 @@ std::vector<Trs> read_instances(const JsonAt& node, const GltfFile& file) {
     const auto attributes = extension ? extension->find("attributes") : std::nullopt;
     std::vector<Trs> instances;
     if (!attributes) return instances;
-    const auto read = [&](const char* name, std::size_t width, auto set) {
+    const auto read = [&](const char* name, std::size_t width, auto member) {
         const auto reference = attributes->find(name);
         if (!reference) return;
         const std::vector<float> values =
@@ -48,13 +48,13 @@ std::vector<Trs> read_instances(const JsonAt& node, const GltfFile& file) {
         if (instances.size() != values.size() / width)
             reference->fail("has {} elements, but another attribute {}", values.size() / width,
                             instances.size());
-        for (std::size_t i = 0; i < instances.size(); ++i) set(instances[i], &values[width * i]);
+        for (std::size_t i = 0; i < instances.size(); ++i)
+            std::copy_n(&values[width * i], width, &(instances[i].*member).x);
     };
-    read("TRANSLATION", 3, [](Trs& trs, const float* v) { trs.translation = {v[0], v[1], v[2]}; });
-    read("ROTATION", 4, [](Trs& trs, const float* v) {
-        trs.rotation = unit_quaternion({v[0], v[1], v[2], v[3]});
-    });
-    read("SCALE", 3, [](Trs& trs, const float* v) { trs.scale = {v[0], v[1], v[2]}; });
+    read("TRANSLATION", 3, &Trs::translation);
+    read("ROTATION", 4, &Trs::rotation);
+    read("SCALE", 3, &Trs::scale);
+    for (Trs& instance : instances) instance.rotation = unit_quaternion(instance.rotation);
     return instances;
 }
 
@@ -70,6 +70,7 @@ void add_instances(const GltfFile& file, std::vector<Node>& nodes) {
             nodes[i].children.push_back(static_cast<std::uint32_t>(nodes.size()));
             Node instance;
             instance.file_index = static_cast<std::uint32_t>(i);
+            instance.parent = instance.file_index;
             instance.trs = place;
             instance.mesh = nodes[i].mesh;
             instance.weights = nodes[i].weights;
@@ -78,11 +79,21 @@ void add_instances(const GltfFile& file, std::vector<Node>& nodes) {
     }
 }
 
-Node read_node(const JsonAt& at, const GltfFile& file) {
-    Node node;
-    if (const auto children = at.find("children")) {
-        for (std::size_t i = 0; i < children->size(); ++i)
-            node.children.push_back((*children)[i].index_below(file.count("nodes"), "nodes"));
+/// Reads a node, and makes it the parent of its children.
+void read_node(const GltfFile& file, std::uint32_t index, std::vector<Node>& nodes) {
+    const JsonAt at = file.element("nodes", index);
+    Node& node = nodes[index];
+    node.file_index = index;
+    const auto children = at.find("children");
+    for (std::size_t i = 0; children && i < children->size(); ++i) {
+        const JsonAt child = (*children)[i];
+        node.children.push_back(child.index_below(nodes.size(), "nodes"));
+        std::uint32_t& parent = nodes[node.children.back()].parent;
+        if (parent != kNoNode) {
+            child.fail("is {}, which is a child of nodes[{}] already", node.children.back(),
+                       parent);
+        }
+        parent = index;
     }
     read_transformation(at, node);
     node.mesh = at.index_or_none("mesh", file.count("meshes"), "meshes");
@@ -91,22 +102,6 @@ Node read_node(const JsonAt& at, const GltfFile& file) {
     if (const auto weights = at.find("weights")) {
         node.weights.resize(weights->size());
         weights->numbers(node.weights);
-    }
-    return node;
-}
-
-void set_parents(const GltfFile& file, std::vector<Node>& nodes) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-        for (std::size_t k = 0; k < nodes[i].children.size(); ++k) {
-            Node& child = nodes[nodes[i].children[k]];
-            if (child.parent != kNoNode) {
-                file.element("nodes", i)
-                    .at("children")[k]
-                    .fail("is {}, which is a child of nodes[{}] already", nodes[i].children[k],
-                          child.parent);
-            }
-            child.parent = static_cast<std::uint32_t>(i);
-        }
     }
 }
 
@@ -154,19 +149,15 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) 
 /// Error(kBadInput), also for a node with two parents or one that is its own ancestor.
 NodeTree read_nodes(const GltfFile& file) {
     NodeTree tree;
-    const std::size_t count = file.count("nodes");
-    tree.nodes.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        tree.nodes.push_back(read_node(file.element("nodes", i), file));
-        tree.nodes[i].file_index = static_cast<std::uint32_t>(i);
-    }
+    const auto count = static_cast<std::uint32_t>(file.count("nodes"));
+    tree.nodes.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) read_node(file, i, tree.nodes);
     add_instances(file, tree.nodes);
-    set_parents(file, tree.nodes);
     for (std::uint32_t i = 0; i < count; ++i)
         if (tree.nodes[i].parent == kNoNode) append_tree(tree.nodes, i, tree.parents_first);
     std::vector<bool> is_reached(tree.nodes.size());
     for (const std::uint32_t node : tree.parents_first) is_reached[node] = true;
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::uint32_t i = 0; i < count; ++i)
         if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
     tree.scene = scene_of(file, tree);
     return tree;

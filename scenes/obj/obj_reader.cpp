@@ -109,11 +109,10 @@ fs::path find_side_file(const fs::path& scene_file, const std::string& name) {
     try {
         return side_file(scene_file, name);
     } catch (const Error&) {
-        try {
-            return side_file(scene_file, name.substr(name.rfind('/') + 1));
-        } catch (const Error&) {
-        }
-        throw;
+        const std::string last = name.substr(name.rfind('/') + 1);
+        std::error_code ignored;
+        if (!fs::is_regular_file(scene_file.parent_path() / last, ignored)) throw;
+        return side_file(scene_file, last);
     }
 }
 

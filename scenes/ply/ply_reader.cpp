@@ -57,9 +57,10 @@ struct PlyElement {
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::kText;
     std::vector<PlyElement> elements;
-    /// The bytes of the header, with the end of its last line, and its lines.
-    std::uint64_t size = 0;
-    std::uint64_t line_count = 1;
+    bool has_textures = false;
+    /// What follows the header, and the number of its last line.
+    std::string_view rest;
+    std::uint64_t line = 0;
 };
 
 constexpr std::string_view kBlanks = " \t\r";
@@ -81,34 +82,44 @@ constexpr PlyType kPlyTypes[] = {
     type_named<float>("float", "float32"),      type_named<double>("double", "float64"),
 };
 
+/// Removes a line, which \n, \r\n or \r ends; returns it without blanks around it.
+std::string_view take_line(std::string_view& text) {
+    const auto* const end =
+        std::find_if(text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; });
+    const std::string_view line = text.substr(0, static_cast<std::size_t>(end - text.begin()));
+    text.remove_prefix(line.size());
+    if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
+    return trimmed(line, kBlanks);
+}
+
 /// The words of a line; at most one more than any statement has.
 std::vector<std::string_view> words_of(std::string_view line) {
     constexpr std::size_t kMostWords = 6;
     std::vector<std::string_view> words;
-    for (line = trimmed(line, kBlanks); !line.empty() && words.size() < kMostWords;) {
+    while (!line.empty() && words.size() < kMostWords) {
         words.push_back(line.substr(0, line.find_first_of(kBlanks)));
         line = trimmed(line.substr(words.back().size()), kBlanks);
     }
     return words;
 }
 
-/// Lines end as the first one does. Vertices have positions, faces have corners. Throws
-/// Error(kBadInput) with file and line.
+/// Vertices have positions, faces have corners. Throws Error(kBadInput) with file and line.
 class HeaderParser {
 public:
-    HeaderParser(std::string_view text, const std::string& name) : text_(text), name_(name) {}
+    HeaderParser(std::string_view text, const std::string& name) : name_(name) {
+        header_.rest = text;
+    }
 
     PlyHeader run() {
-        const std::string_view first = text_.substr(0, text_.find_first_of("\r\n"));
-        if (trimmed(first, kBlanks) != "ply")
+        ++header_.line;
+        if (take_line(header_.rest) != "ply")
             fail(R"(not a PLY file; the first line must be "ply")");
-        const std::string_view rest = text_.substr(first.size());
-        line_end_ = rest.starts_with("\r\n") ? "\r\n" : rest.substr(0, 1);
-        header_.size = first.size() + line_end_.size();
         bool has_format = false;
-        for (bool is_done = line_end_.empty(); !is_done;) {
+        for (bool is_done = false; !is_done;) {
             const std::string_view line = next_line();
             const std::vector<std::string_view> words = words_of(line);
+            // As MeshLab writes it.
+            header_.has_textures |= line.starts_with("comment TextureFile ");
             if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
             if (words[0] == "format") {
                 read_format(words);
@@ -121,7 +132,7 @@ public:
                 is_done = true;
             } else {
                 fail(fmt::format("unknown statement {} in the header; is the file damaged?",
-                                 quote(trimmed(line, kBlanks))));
+                                 quote(line)));
             }
         }
         if (!has_format) fail("no format before this line; is the file complete?");
@@ -130,18 +141,15 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const { fail_at(header_.line_count, what); }
+    [[noreturn]] void fail(const std::string& what) const { fail_at(header_.line, what); }
     [[noreturn]] void fail_at(std::uint64_t line, const std::string& what) const {
         throw Error(ErrorKind::kBadInput, "{}:{}: {}", name_, line, what);
     }
 
     std::string_view next_line() {
-        ++header_.line_count;
-        const std::string_view rest = text_.substr(header_.size);
-        const std::size_t length = rest.find(line_end_);
-        if (length == std::string_view::npos) fail("no end_header; is the file complete?");
-        header_.size += length + line_end_.size();
-        return rest.substr(0, length);
+        ++header_.line;
+        if (header_.rest.empty()) fail("no end_header; is the file complete?");
+        return take_line(header_.rest);
     }
 
     void read_format(const std::vector<std::string_view>& words) {
@@ -163,7 +171,7 @@ private:
         if (words[1] == "vertex" &&
             std::ranges::count(header_.elements, words[1], &PlyElement::name) > 0)
             fail("second element vertex; write the file again");
-        header_.elements.push_back({std::string(words[1]), *count, {}, header_.line_count});
+        header_.elements.push_back({std::string(words[1]), *count, {}, header_.line});
     }
 
     void read_property(const std::vector<std::string_view>& words) {
@@ -203,9 +211,7 @@ private:
             fail_at(element.line, "triangle strips are not read; write the file again with faces");
     }
 
-    const std::string_view text_;
     const std::string& name_;
-    std::string_view line_end_;
     PlyHeader header_;
 };
 
@@ -217,12 +223,12 @@ constexpr PlyAxes kColours[] = {
 class PlyValues {
 public:
     PlyValues(std::string_view text, const PlyHeader& header, const std::string& name)
-        : rest_(text.substr(header.size)),
+        : rest_(header.rest),
           name_(name),
           is_text_(header.encoding == PlyEncoding::kText),
           is_swapped_(header.encoding == PlyEncoding::kBigEndian),
           file_size_(text.size()),
-          line_(header.line_count) {
+          line_(header.line) {
         static_assert(std::endian::native == std::endian::little);
     }
 
@@ -274,12 +280,7 @@ private:
         for (row_ = {}; row_.empty();) {
             ++line_;
             if (rest_.empty()) fail_end();
-            const auto* const end = std::find_if(rest_.begin(), rest_.end(),
-                                                 [](char c) { return c == '\n' || c == '\r'; });
-            const auto length = static_cast<std::size_t>(end - rest_.begin());
-            row_ = trimmed(rest_.substr(0, length), kBlanks);
-            rest_.remove_prefix(length);
-            if (!rest_.empty()) rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : 1);
+            row_ = take_line(rest_);
         }
     }
 
@@ -505,9 +506,7 @@ FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& opti
     const std::string name = escape(path);
     const std::string text = read_input_file(path);
     const PlyHeader header = HeaderParser(text, name).run();
-    // As MeshLab writes it.
-    const std::size_t texture = text.find("\ncomment TextureFile ");
-    if (texture < header.size && options.warn && !options.positions_only)
+    if (header.has_textures && options.warn && !options.positions_only)
         options.warn({name, "textures of PLY files are not read; faces have their colours alone"});
     FileMesh mesh = PlyReader(text, header, name, options).read();
     require_faces(mesh, name, "a mesh with faces");

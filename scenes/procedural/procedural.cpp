@@ -510,8 +510,7 @@ DeformingMesh make(std::uint64_t triangles) {
 
     DeformingMesh mesh;
     sphere.append_to(mesh.topology, [&](std::uint32_t row, std::uint32_t column) {
-        const std::uint32_t vertex = row == 0 ? 0 : 1 + (row - 1) * sphere.grid().columns + column;
-        const Slope& slope = slopes[vertex];
+        const Slope& slope = slopes[sphere.vertex(row, column)];
         return slope.height > 0.02f ? palette(slope.spike) : rgb(150, 144, 130);
     });
     // The radius is a positive function of the direction, so the ball is star-shaped.

@@ -45,25 +45,28 @@ Sphere::Sphere(std::uint64_t triangles) {
 }
 
 void Sphere::append_to(Topology& topology, const GridColour& colour) const {
-    const std::uint32_t north = topology.vertex_count;
-    const std::uint32_t south = north + vertex_count() - 1;
+    const auto at = [&](std::uint32_t row, std::uint32_t column) {
+        return topology.vertex_count + vertex(row, column);
+    };
     for (std::uint32_t row = 0; row < grid_.rows; ++row) {
-        const std::uint32_t lower = north + 1 + row * grid_.columns;
-        const std::uint32_t upper = lower - grid_.columns;
         for (std::uint32_t column = 0; column < grid_.columns; ++column) {
-            const std::uint32_t next = column + 1 == grid_.columns ? 0 : column + 1;
             const Albedo albedo = colour(row, column);
-            if (row == 0) {
-                append_triangle(topology, north, lower + next, lower + column, albedo);
-            } else if (row + 1 == grid_.rows) {
-                append_triangle(topology, upper + column, upper + next, south, albedo);
-            } else {
-                append_triangle(topology, upper + column, lower + next, lower + column, albedo);
-                append_triangle(topology, upper + column, upper + next, lower + next, albedo);
-            }
+            // At the poles one of the two has no area.
+            if (row + 1 < grid_.rows)
+                append_triangle(topology, at(row, column), at(row + 1, column + 1),
+                                at(row + 1, column), albedo);
+            if (row > 0)
+                append_triangle(topology, at(row, column), at(row, column + 1),
+                                at(row + 1, column + 1), albedo);
         }
     }
     topology.vertex_count += vertex_count();
+}
+
+std::uint32_t Sphere::vertex(std::uint32_t row, std::uint32_t column) const {
+    if (row == 0) return 0;
+    if (row == grid_.rows) return vertex_count() - 1;
+    return 1 + (row - 1) * grid_.columns + column % grid_.columns;
 }
 
 glm::dvec3 Sphere::direction(std::uint32_t vertex) const {

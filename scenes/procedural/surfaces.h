@@ -124,7 +124,8 @@ public:
     std::uint32_t vertex_count() const { return grid_.columns * (grid_.rows - 1) + 2; }
     /// Adds vertices and triangles, counter-clockwise from outside.
     void append_to(Topology& topology, const GridColour& colour) const;
-    const Grid& grid() const { return grid_; }
+    /// `row` from pole to pole; `column` goes on around.
+    std::uint32_t vertex(std::uint32_t row, std::uint32_t column) const;
     glm::dvec3 direction(std::uint32_t vertex) const;
 
 private:
