@@ -275,7 +275,7 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
         if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
         result.ids = ids_of(ids, name + ": ids", 1, "image", true);
     }
-    const Wrap wrap = choice<Wrap>("wrap", parts[3], {"repeat", "clamp"});
+    const Wrap wrap = parts[3].cast<Wrap>();
     for (TextureView& view : result.views) view.wrap = wrap;
     set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
     return result;

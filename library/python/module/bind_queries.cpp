@@ -12,37 +12,13 @@ namespace {
 using py::arg;
 using Flag = std::atomic<bool>;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr const char* kDistance = "max_distance: a number, or None,";
-
-/// "none", "sort", or the width of an image.
-Coherence coherence_of(const py::object& coherence) {
-    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
-    if (!py::isinstance<py::str>(coherence))
-        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
-    const std::string name = py::str(coherence);
-    if (name == "none") return Coherence::none();
-    if (name == "sort") return Coherence::sort();
-    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
-}
-
-Crossing crossing_named(const py::object& crossing) {
-    return choice<Crossing>("crossing", crossing, {"once", "each", "owner"});
-}
-FillRule rule_named(const py::object& rule) {
-    return choice<FillRule>("rule", rule, {"nonzero", "odd"});
-}
-Threads threads_named(const py::object& threads) {
-    return choice<Threads>("threads", threads, {"all", "calling"});
-}
-
-/// The keywords of all queries; coherence is that of rays.
+/// The keywords that all queries have, and the options of rays.
 struct QueryKeywords {
+    const py::object& visible;
+    const py::object& excluded;
+    Threads threads;
+    Cancel* cancel;
     Coherence coherence = {};
-    py::object visible = py::none();
-    py::object excluded = py::none();
-    Threads threads = Threads::all;
-    Cancel* cancel = nullptr;
 };
 
 /// Makes options, and keeps the arrays that they refer to.
@@ -62,16 +38,6 @@ struct QuerySettings {
     }
 };
 
-/// One result a query. `Written` has the size of the dtype.
-template <class Written, class Work>
-py::array answer(const QueryArray& queries, const py::object& out, const py::dtype& dtype,
-                 Work work) {
-    py::array results = results_for(queries, out, dtype);
-    assert(results.itemsize() == sizeof(Written));
-    work(std::span(static_cast<Written*>(results.mutable_data()), queries.count));
-    return results;
-}
-
 /// Calls `work(scene, first, rays, options)` for batches of rays from `first` on.
 template <class Work>
 void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
@@ -87,32 +53,41 @@ void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywo
     });
 }
 
+/// One result a query, written as `Written`, which has the size of the dtype.
+template <class Written>
+std::span<Written> span_of(py::array& results, const QueryArray& queries) {
+    assert(results.itemsize() == sizeof(Written));
+    return {static_cast<Written*>(results.mutable_data()), queries.count};
+}
+
 /// Calls `work(scene, rays, results, options)` for batches of rays.
 template <class Written, class Work>
 py::array answer_rays(PyScene& scene, const py::object& given, const py::object& out,
                       const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
     const QueryArray rays = rays_of(given, scene.scene().origin());
-    return answer<Written>(rays, out, dtype, [&](std::span<Written> results) {
-        ask_rays(scene, rays, keywords, false,
-                 [&](const Scene& asked, std::size_t first, std::span<const Ray> batch,
-                     const QueryOptions& options) {
-                     work(asked, batch, results.subspan(first, batch.size()), options);
-                 });
-    });
+    py::array array = results_for(rays, out, dtype);
+    const auto results = span_of<Written>(array, rays);
+    ask_rays(scene, rays, keywords, false,
+             [&](const Scene& asked, std::size_t first, std::span<const Ray> batch,
+                 const QueryOptions& options) {
+                 work(asked, batch, results.subspan(first, batch.size()), options);
+             });
+    return array;
 }
 
 /// Calls `work(scene, points, results, options)`.
 template <class Written, class Work>
-py::array answer_points(PyScene& scene, const py::object& points, const py::object& out,
+py::array answer_points(PyScene& scene, const py::object& given, const py::object& out,
                         const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
-    const QueryArray array = query_points_of(points, scene.scene().origin());
-    const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
-    const QuerySettings settings{keywords, array};
-    return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
-        scene.query(array.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
-            work(asked, where, results, settings.of(0, array.count, cancelled));
-        });
+    const QueryArray points = query_points_of(given, scene.scene().origin());
+    const std::span where(reinterpret_cast<const Vec3*>(points.data), points.count);
+    const QuerySettings settings{keywords, points};
+    py::array array = results_for(points, out, dtype);
+    const auto results = span_of<Written>(array, points);
+    scene.query(points.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
+        work(asked, where, results, settings.of(0, points.count, cancelled));
     });
+    return array;
 }
 
 /// An array that owns a vector.
@@ -128,13 +103,12 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
 
 /// Calls intersect() if an answer is a Hit, and occluded() otherwise.
 template <class Answer>
-py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
-                const py::object& coherence, const py::object& visible, const py::object& excluded,
-                const py::object& threads, Cancel* cancel) {
+py::array trace(PyScene& scene, QueryKeywords keywords, const py::object& rays,
+                const py::object& out, Coherence coherence) {
     constexpr bool kIsHit = std::is_same_v<Answer, Hit>;
+    keywords.coherence = coherence;
     return answer_rays<Answer>(
-        scene, rays, out, kIsHit ? hit_dtype() : py::dtype::of<bool>(),
-        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel},
+        scene, rays, out, kIsHit ? hit_dtype() : py::dtype::of<bool>(), keywords,
         [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
             if constexpr (kIsHit) {
                 asked.intersect(batch, answers, options);
@@ -144,16 +118,14 @@ py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
         });
 }
 
-py::object intersect_all(PyScene& scene, const py::object& rays, const py::object& crossing,
-                         const py::object& max_hits, const py::object& visible,
-                         const py::object& excluded, const py::object& threads, Cancel* cancel) {
-    AllHitsOptions all_options{.crossing = crossing_named(crossing)};
+py::object intersect_all(PyScene& scene, QueryKeywords keywords, const py::object& rays,
+                         Crossing crossing, const py::object& max_hits) {
+    AllHitsOptions all_options{.crossing = crossing};
     if (!max_hits.is_none())
         all_options.max_hits = value_of<std::uint32_t>(max_hits, "max_hits: a count below 2^32");
     AllHits all;
     // One batch: the answer takes as much memory as converted rays.
-    ask_rays(scene, rays_of(rays, scene.scene().origin()),
-             {{}, visible, excluded, threads_named(threads), cancel}, true,
+    ask_rays(scene, rays_of(rays, scene.scene().origin()), keywords, true,
              [&](const Scene& asked, std::size_t, auto batch, const QueryOptions& options) {
                  all = asked.intersect_all(batch, all_options, options);
              });
@@ -164,15 +136,13 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const py::objec
     return py::module_::import("morphray").attr("AllHits")(offsets, hits, left_out);
 }
 
-py::array count(PyScene& scene, const py::object& rays, const py::object& out,
-                const py::object& crossing, const py::object& coherence, const py::object& visible,
-                const py::object& excluded, const py::object& threads, Cancel* cancel) {
-    const Crossing rule = crossing_named(crossing);
+py::array count(PyScene& scene, QueryKeywords keywords, const py::object& rays,
+                const py::object& out, Crossing crossing, Coherence coherence) {
+    keywords.coherence = coherence;
     return answer_rays<std::uint64_t>(
-        scene, rays, out, py::dtype::of<std::int64_t>(),
-        {coherence_of(coherence), visible, excluded, threads_named(threads), cancel},
+        scene, rays, out, py::dtype::of<std::int64_t>(), keywords,
         [&](const Scene& asked, auto batch, auto counts, const QueryOptions& options) {
-            asked.count(batch, counts, rule, options);
+            asked.count(batch, counts, crossing, options);
         });
 }
 
@@ -189,29 +159,29 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
     return normals;
 }
 
-py::array winding(PyScene& scene, const py::object& points, const py::object& out,
-                  const py::object& visible, const py::object& excluded, const py::object& threads,
-                  Cancel* cancel) {
+py::array winding(PyScene& scene, QueryKeywords keywords, const py::object& points,
+                  const py::object& out) {
     scene.warn_if_open({});
     return answer_points<std::int32_t>(
-        scene, points, out, py::dtype::of<std::int32_t>(),
-        {{}, visible, excluded, threads_named(threads), cancel},
+        scene, points, out, py::dtype::of<std::int32_t>(), keywords,
         [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
             asked.winding(where, windings, options);
         });
 }
 
-py::array contains(PyScene& scene, const py::object& points, const py::object& out,
-                   const py::object& rule, const py::object& visible, const py::object& excluded,
-                   const py::object& threads, Cancel* cancel) {
-    const FillRule fill = rule_named(rule);
-    scene.warn_if_open(fill);
+py::array contains(PyScene& scene, QueryKeywords keywords, const py::object& points,
+                   const py::object& out, FillRule rule) {
+    scene.warn_if_open(rule);
     return answer_points<std::uint8_t>(
-        scene, points, out, py::dtype::of<bool>(),
-        {{}, visible, excluded, threads_named(threads), cancel},
+        scene, points, out, py::dtype::of<bool>(), keywords,
         [&](const Scene& asked, auto where, auto inside, const QueryOptions& options) {
-            asked.contains(where, inside, fill, options);
+            asked.contains(where, inside, rule, options);
         });
+}
+
+float distance_of(const py::object& most) {
+    return value_of<std::optional<float>>(most, "max_distance: a number, or None,")
+        .value_or(std::numeric_limits<float>::infinity());
 }
 
 /// Closest points in the caller's coordinates, which are float64.
@@ -228,15 +198,13 @@ py::array from_world(const py::array& closest, const Point& origin, const py::ob
     return result;
 }
 
-py::array closest_points(PyScene& scene, const py::object& points, const py::object& max_distance,
-                         const py::object& out, const py::object& visible,
-                         const py::object& excluded, const py::object& threads, Cancel* cancel) {
-    const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
+py::array closest_points(PyScene& scene, QueryKeywords keywords, const py::object& points,
+                         const py::object& max_distance, const py::object& out) {
+    const float most = distance_of(max_distance);
     const Point& origin = scene.scene().origin();
     const bool is_far = origin != Point{};
     const py::array found = answer_points<ClosestPoint>(
-        scene, points, is_far ? py::none() : out, closest_dtype(),
-        {{}, visible, excluded, threads_named(threads), cancel},
+        scene, points, is_far ? py::none() : out, closest_dtype(), keywords,
         [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
             asked.closest_points(where, closest, most, options);
             // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
@@ -248,29 +216,41 @@ py::array closest_points(PyScene& scene, const py::object& points, const py::obj
     return is_far ? from_world(found, origin, out) : found;
 }
 
-py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
-                          const py::object& rule, const py::object& max_distance,
-                          const py::object& visible, const py::object& excluded,
-                          const py::object& threads, Cancel* cancel) {
-    const FillRule fill = rule_named(rule);
-    const float most = value_of<std::optional<float>>(max_distance, kDistance).value_or(kInfinity);
-    scene.warn_if_open(fill);
+py::array signed_distance(PyScene& scene, QueryKeywords keywords, const py::object& points,
+                          const py::object& out, FillRule rule, const py::object& max_distance) {
+    const float most = distance_of(max_distance);
+    scene.warn_if_open(rule);
     return answer_points<float>(
-        scene, points, out, py::dtype::of<float>(),
-        {{}, visible, excluded, threads_named(threads), cancel},
+        scene, points, out, py::dtype::of<float>(), keywords,
         [&](const Scene& asked, auto where, auto distances, const QueryOptions& options) {
-            asked.signed_distance(where, distances, fill, most, options);
+            asked.signed_distance(where, distances, rule, most, options);
         });
+}
+
+/// Binds a query, which takes QueryKeywords and arguments with these names.
+template <class Answer, class... Arguments, class... Names>
+void def_query(py::class_<PyScene>& scene_class, const char* name,
+               Answer (*query)(PyScene&, QueryKeywords, Arguments...), const char* doc,
+               const Names&... names) {
+    const py::none none;
+    scene_class.def(
+        name,
+        [query](PyScene& scene, Arguments... arguments, const py::object& visible,
+                const py::object& excluded, Threads threads, Cancel* cancel) {
+            return query(scene, {visible, excluded, threads, cancel}, arguments...);
+        },
+        doc, names..., arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
+        arg("cancel") = none);
 }
 
 }  // namespace
 
 void bind_queries(py::class_<PyScene>& scene_class) {
     const py::none none;
-    scene_class
-        .def(
-            "intersect", &trace<Hit>,
-            R"(Finds the closest hits. Hits have t > 0 and tnear <= t <= tfar; t is in units of dir.
+    const py::kw_only kw_only;
+    def_query(
+        scene_class, "intersect", &trace<Hit>,
+        R"(Finds the closest hits. Hits have t > 0 and tnear <= t <= tfar; t is in units of dir.
 
 rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place if float32 and
       C-contiguous; (N, 6) numbers, org and dir, with tnear 0 and tfar infinite. Arrays, lists, or what
@@ -288,16 +268,12 @@ cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 Returns an array of hit_dtype, `out` if it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A
 miss has t = inf and the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
 Raises TypeError for another dtype, ValueError for another shape, `out` or coherence.)",
-            arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
-            arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-            arg("cancel") = none)
-        .def("occluded", &trace<std::uint8_t>,
-             "Finds whether rays hit anything: an array of bool. Arguments as for intersect().",
-             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
-             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-             arg("cancel") = none)
-        .def("intersect_all", &intersect_all,
-             R"(Finds every hit of rays, as an AllHits; axes in front of the rays are flattened.
+        arg("rays"), arg("out") = none, kw_only, arg("coherence") = "none");
+    def_query(scene_class, "occluded", &trace<std::uint8_t>,
+              "Finds whether rays hit anything: an array of bool. Arguments as for intersect().",
+              arg("rays"), arg("out") = none, kw_only, arg("coherence") = "none");
+    def_query(scene_class, "intersect_all", &intersect_all,
+              R"(Finds every hit of rays, as an AllHits; axes in front of the rays are flattened.
 
 crossing: at an edge or a vertex, "once": the first triangle of its mesh there; "each": all of them;
           "owner": one by which a ray passes through the surface, so that a closed mesh is entered as
@@ -307,26 +283,24 @@ visible, excluded, threads, cancel: those of intersect()
 
 Takes 20 bytes a hit and 16 bytes a ray, twice while the answer is made. Raises Error "limit" if the
 memory does not suffice.)",
-             arg("rays"), py::kw_only(), arg("crossing") = "once", arg("max_hits") = none,
-             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-             arg("cancel") = none)
-        .def("count", &count,
-             "Counts all hits of rays: int64. Arguments as for intersect() and intersect_all().",
-             arg("rays"), arg("out") = none, py::kw_only(), arg("crossing") = "once",
-             arg("coherence") = "none", arg("visible") = none, arg("excluded") = none,
-             arg("threads") = "all", arg("cancel") = none)
-        .def("normals", &normals,
-             R"(Finds the unit normals of hits, or of closest points: (N, 3) float32; 0 for a miss.
+              arg("rays"), kw_only, arg("crossing") = "once", arg("max_hits") = none);
+    def_query(scene_class, "count", &count,
+              "Counts all hits of rays: int64. Arguments as for intersect() and intersect_all().",
+              arg("rays"), arg("out") = none, kw_only, arg("crossing") = "once",
+              arg("coherence") = "none");
+    scene_class.def(
+        "normals", &normals,
+        R"(Finds the unit normals of hits, or of closest points: (N, 3) float32; 0 for a miss.
 
 Corners are counter-clockwise as seen from where the normal points.
 
 hits:   an array of hit_dtype or closest_dtype; more axes in front are kept
 smooth: interpolate the normals of the corners, as lit images do: means of the normals of their triangles,
         weighted by the angles there; a corner more than 37 degrees off the triangle's own takes that)",
-             arg("hits"), arg("smooth") = false)
-        .def(
-            "winding", &winding,
-            R"(Finds how often the meshes wind around points, exactly: 1 inside a closed mesh whose triangles are
+        arg("hits"), arg("smooth") = false);
+    def_query(
+        scene_class, "winding", &winding,
+        R"(Finds how often the meshes wind around points, exactly: 1 inside a closed mesh whose triangles are
 counter-clockwise as seen from outside, 0 outside; meshes add up.
 
 points: (N, 3) numbers, read in place if float32 and C-contiguous, as rays; or one point
@@ -336,34 +310,28 @@ visible, excluded, threads, cancel: those of intersect(), with a triangle or mes
 
 Returns an array of int32: how often a half-line along +z leaves the meshes, minus how often it enters
 them. A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
-            arg("points"), arg("out") = none, py::kw_only(), arg("visible") = none,
-            arg("excluded") = none, arg("threads") = "all", arg("cancel") = none)
-        .def("contains", &contains,
-             R"(Finds which points are inside, or lie on a triangle, exactly: an array of bool.
+        arg("points"), arg("out") = none, kw_only);
+    def_query(scene_class, "contains", &contains,
+              R"(Finds which points are inside, or lie on a triangle, exactly: an array of bool.
 
 rule: "nonzero" windings are inside, so that overlapping meshes are one, or "odd" numbers of crossings,
       so that where two meshes overlap is outside. Other arguments are those of winding().)",
-             arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-             arg("cancel") = none)
-        .def(
-            "closest_points", &closest_points,
-            R"(Finds the closest points of the meshes, not farther than max_distance: an array of closest_dtype.
+              arg("points"), arg("out") = none, kw_only, arg("rule") = "nonzero");
+    def_query(
+        scene_class, "closest_points", &closest_points,
+        R"(Finds the closest points of the meshes, not farther than max_distance: an array of closest_dtype.
 
 point is at (1 - u - v) * p0 + u * p1 + v * p2. feature is 0 inside of the triangle, 1 on an edge and 2 at
 a corner. Of equally close triangles it is the lowest (geom_id, prim_id). Where there is none, distance is
 inf and the IDs are INVALID_ID. Other arguments are those of winding(). Where Scene.origin is not 0, the
 point is float64.)",
-            arg("points"), arg("max_distance") = none, arg("out") = none, py::kw_only(),
-            arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-            arg("cancel") = none)
-        .def(
-            "signed_distance", &signed_distance,
-            R"(Finds the distances of points to the meshes, negative inside: an array of float32. Arguments are those
+        arg("points"), arg("max_distance") = none, arg("out") = none, kw_only);
+    def_query(
+        scene_class, "signed_distance", &signed_distance,
+        R"(Finds the distances of points to the meshes, negative inside: an array of float32. Arguments are those
 of contains() and closest_points(). NaN for a point that is not finite.)",
-            arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-            arg("max_distance") = none, arg("visible") = none, arg("excluded") = none,
-            arg("threads") = "all", arg("cancel") = none);
+        arg("points"), arg("out") = none, kw_only, arg("rule") = "nonzero",
+        arg("max_distance") = none);
 }
 
 }  // namespace morphray::python

@@ -97,26 +97,24 @@ Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_
 
 Image render(PyScene& scene, const py::object& size, const py::object& eye,
              const py::object& target, const py::object& up, const py::object& fov,
-             const py::object& light, const py::object& rays, std::uint32_t ao_count,
-             double ao_distance, const py::object& shading, std::uint32_t samples, bool flat,
-             Cancel* cancel) {
+             const py::object& light, Rays rays, std::uint32_t ao_count, double ao_distance,
+             Shading shading, std::uint32_t samples, bool flat, Cancel* cancel) {
     using MaybePoint = std::optional<Point>;
     const auto [width, height] = value_of<std::pair<std::uint32_t, std::uint32_t>>(
         size, "size: two whole numbers (width, height)");
-    View view{
-        .eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
-        .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
-        .up = value_of<Point>(up, "up: three numbers"),
-        .fov = value_of<double>(fov, "fov: a number of degrees"),
-        .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
-        .width = width,
-        .height = height,
-        .rays = choice<Rays>("rays", rays, {"primary", "shadow", "ao"}),
-        .shading = choice<Shading>("shading", shading, {"plain", "lit", "normal", "depth", "prim"}),
-        .samples = samples,
-        .flat = flat,
-        .ao_count = ao_count,
-        .ao_distance = ao_distance};
+    View view{.eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
+              .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
+              .up = value_of<Point>(up, "up: three numbers"),
+              .fov = value_of<double>(fov, "fov: a number of degrees"),
+              .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
+              .width = width,
+              .height = height,
+              .rays = rays,
+              .shading = shading,
+              .samples = samples,
+              .flat = flat,
+              .ao_count = ao_count,
+              .ao_distance = ao_distance};
     Image image;
     const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
     scene.query(rays_of_image, cancel,

@@ -164,13 +164,23 @@ void throw_choice(const std::string& argument, const std::string& value,
     throw py::value_error(fmt::format("{}: \"{}\" is none of {}", argument, value, choices));
 }
 
-int find_choice(const std::string& argument, const py::object& value,
-                std::initializer_list<const char*> names) {
+int Choices::find(const py::handle& value) const {
     const std::string text = py::str(value);
-    const auto* const found = std::ranges::find(names, text);
-    if (found == names.end())
-        throw_choice(argument, text, fmt::format("\"{}\"", fmt::join(names, "\", \"")));
-    return static_cast<int>(found - names.begin());
+    const std::span given(names.begin(), std::ranges::find(names, nullptr));
+    const auto found = std::ranges::find(given, text);
+    if (found == given.end())
+        throw_choice(argument, text, fmt::format("\"{}\"", fmt::join(given, "\", \"")));
+    return static_cast<int>(found - given.begin());
+}
+
+Coherence coherence_of(const py::handle& coherence) {
+    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
+    if (!py::isinstance<py::str>(coherence))
+        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
+    const std::string name = py::str(coherence);
+    if (name == "none") return Coherence::none();
+    if (name == "sort") return Coherence::sort();
+    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
 }
 
 }  // namespace morphray::python
