@@ -14,32 +14,22 @@ CommittedMesh make_mesh(const Ref<Geometry>& geometry, unsigned int id,
     mesh.vertices = geometry->buffer(RTC_BUFFER_TYPE_VERTEX, 0);
     mesh.indices = geometry->buffer(RTC_BUFFER_TYPE_INDEX, 0);
     mesh.is_quads = geometry->is_quads();
-    mesh.has_own_positions = mesh.is_instance();
     return mesh;
-}
-
-/// Triangles with what is no finite number are never hit anyway.
-bool is_far(const morphray::Vec3& p) {
-    return !is_in_range(p) && std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
 }  // namespace
 
 void CommittedMesh::place() {
-    if (!has_own_positions) return;
+    if (!is_instance()) return;
     own_positions.resize(vertices.count);
     const auto keep = [](const morphray::Vec3& p) {
         constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
         return is_in_range(p) ? p : morphray::Vec3{kNone, kNone, kNone};
     };
-    if (is_instance()) {
-        to_world = instance->transform;
-        to_object = to_world.inverse();
-    }
-    for (std::size_t i = 0; i < vertices.count; ++i) {
-        const morphray::Vec3 p = keep(vertex(static_cast<std::uint32_t>(i)));
-        own_positions[i] = is_instance() ? keep(to_world.point(p)) : p;
-    }
+    to_world = instance->transform;
+    to_object = inverse_of(to_world);
+    for (std::size_t i = 0; i < vertices.count; ++i)
+        own_positions[i] = keep(mapped(to_world, keep(vertex(static_cast<std::uint32_t>(i))), 1));
 }
 
 void CommittedMesh::make_normals() {
@@ -79,7 +69,6 @@ void CommittedMesh::find_used_vertices() {
 void CommittedMesh::measure() {
     bounds = {};
     left_out.clear();
-    reads_far_vertex = false;
     bool are_in_range = true;
     Bounds all;
     for (std::size_t i = 0; i < used_vertices; ++i) {
@@ -91,20 +80,26 @@ void CommittedMesh::measure() {
         bounds = all;
         return;
     }
-    if (!are_in_range && !has_own_positions)
-        for (std::size_t i = 0; i < used_vertices; ++i)
-            reads_far_vertex |= is_far(vertex(static_cast<std::uint32_t>(i)));
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; i < triangle_count(); ++i) {
-        if (!find_traced_corners(i, corners)) {
+        if (find_traced_corners(i, corners))
+            add_to_box(i, bounds);
+        else
             left_out.push_back(i);
-            continue;
-        }
-        const std::array<morphray::Vec3, 3> points = {
-            placed_vertex(corners[0]), placed_vertex(corners[1]), placed_vertex(corners[2])};
-        if (!std::all_of(points.begin(), points.end(), is_in_range)) continue;
-        for (const morphray::Vec3& p : points) bounds.add(p);
     }
+}
+
+bool CommittedMesh::add_to_box(std::size_t triangle, Bounds& box) const {
+    std::array<std::uint32_t, 3> corners;
+    if (!find_traced_corners(triangle, corners)) return false;
+    Bounds own;
+    for (const std::uint32_t corner : corners) {
+        const morphray::Vec3 p = placed_vertex(corner);
+        if (!is_in_range(p)) return false;
+        own.add(p);
+    }
+    box.add(own);
+    return true;
 }
 
 bool CommittedMesh::read_masks() {
@@ -116,17 +111,9 @@ morphray::MeshView CommittedMesh::view(std::vector<std::uint32_t>& triangles) co
     morphray::MeshView view;
     if (used_vertices == 0) return view;
     view.positions = {vertices.data, used_vertices, vertices.stride};
-    if (has_own_positions)
-        view.positions = {own_positions.data(), used_vertices, sizeof(morphray::Vec3)};
-    bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
+    if (is_instance()) view.positions = {own_positions.data(), used_vertices};
     const std::size_t count = triangle_count();
     std::array<std::uint32_t, 3> corners;
-    for (std::size_t i = 0; are_in_place && i < count; ++i)
-        are_in_place = find_traced_corners(i, corners);
-    if (are_in_place) {
-        view.triangles = {indices.at<std::uint32_t>(0), 3 * count};
-        return view;
-    }
     triangles.reserve(3 * count);
     for (std::size_t i = 0; i < count; ++i) {
         // A triangle without an area is never hit.

@@ -53,18 +53,14 @@ struct CommittedMesh {
     bool is_whole = false;
     /// A ray passes by if it shares no bit with the mask of the mesh or with that of the instance.
     std::array<unsigned int, 2> masks = {};
-    Transform to_world = {};
-    Transform to_object = {};
-    /// The tracer reads own_positions of instances and of meshes with vertices too far away.
-    bool has_own_positions = false;
-    /// In the space of the scene. Vertices that are out of range are NaN.
+    Transform to_world = Transform(1.0);
+    Transform to_object = Transform(1.0);
+    /// Of instances, in the space of the scene. Vertices that are out of range are NaN.
     std::vector<morphray::Vec3> own_positions = {};
     /// Around the triangles that can be hit, in the space of the scene.
     Bounds bounds = {};
     /// The triangles without traced corners when the tracer was given the others.
     std::vector<std::size_t> left_out = {};
-    /// Whether the tracer reads a finite vertex that is out of range from the caller.
-    bool reads_far_vertex = false;
     /// The cross product of each triangle's edges, in the space of the mesh, which saves up to a
     /// quarter of a hit's time. The meshes of one geometry share them.
     const morphray::Vec3* normals = nullptr;
@@ -97,7 +93,7 @@ struct CommittedMesh {
         return {p[0], p[1], p[2]};
     }
     morphray::Vec3 placed_vertex(std::uint32_t index) const {
-        return has_own_positions ? own_positions[index] : vertex(index);
+        return is_instance() ? own_positions[index] : vertex(index);
     }
     bool sees(unsigned int ray_mask) const {
         return (masks[0] & ray_mask) != 0 && (masks[1] & ray_mask) != 0;
@@ -108,9 +104,11 @@ struct CommittedMesh {
     void make_normals();
     void find_used_vertices();
     void measure();
+    /// Adds a triangle; false, and nothing is added, without three corners in range.
+    bool add_to_box(std::size_t triangle, Bounds& box) const;
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
-    /// For Scene::build(). `triangles` is memory that it may use for the vertices of triangles.
+    /// For Scene::build(). `triangles` gets the vertices of triangles.
     morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
 };
 

@@ -2,6 +2,9 @@
 
 #include <new>
 
+#include <glm/ext/matrix_double3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include "library/embree/scene.h"
 
 namespace mray::embree {
@@ -29,12 +32,6 @@ MatrixLayout layout_of(RTCFormat format) {
         default:
             fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
     }
-}
-
-morphray::Vec3 mapped(const glm::dvec3 (&columns)[4], const morphray::Vec3& p, double w) {
-    const glm::vec3 sum(columns[0] * double{p.x} + columns[1] * double{p.y} +
-                        columns[2] * double{p.z} + columns[3] * w);
-    return {sum.x, sum.y, sum.z};
 }
 
 /// Flags of curves are bytes, so the buffers of other types may lie anywhere.
@@ -134,33 +131,24 @@ void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view
     if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version.shape;
 }
 
-morphray::Vec3 Transform::point(const morphray::Vec3& p) const { return mapped(columns, p, 1); }
-morphray::Vec3 Transform::vector(const morphray::Vec3& v) const { return mapped(columns, v, 0); }
+morphray::Vec3 mapped(const Transform& transform, const morphray::Vec3& p, double w) {
+    const glm::vec3 sum(transform * glm::dvec4(p.x, p.y, p.z, w));
+    return {sum.x, sum.y, sum.z};
+}
 
-Transform Transform::inverse() const {
-    const auto& [a, b, c, d] = columns;
-    const glm::dvec3 rows[] = {glm::cross(b, c), glm::cross(c, a), glm::cross(a, b)};
-    const double determinant = glm::dot(a, rows[0]);
-    Transform result;
-    for (int row = 0; row < 3; ++row) {
-        double moved = 0;
-        for (int column = 0; column < 3; ++column) {
-            result.columns[column][row] = rows[row][column] / determinant;
-            moved += result.columns[column][row] * d[column];
-        }
-        result.columns[3][row] = -moved;
-    }
-    return result;
+Transform inverse_of(const Transform& transform) {
+    const glm::dmat3 linear = glm::inverse(glm::dmat3(transform));
+    return {linear[0], linear[1], linear[2], -(linear * transform[3])};
 }
 
 Transform read_transform(RTCFormat format, const void* floats) {
     const MatrixLayout layout = layout_of(format);
     if (floats == nullptr) fail_argument("the transformation is null");
     const auto* const values = static_cast<const float*>(floats);
-    Transform result;
+    Transform result(1.0);
     for (int column = 0; column < 4; ++column) {
         for (int row = 0; row < 3; ++row) {
-            result.columns[column][row] =
+            result[column][row] =
                 double{values[row * layout.row_step + column * layout.column_step]};
         }
     }
@@ -174,7 +162,7 @@ void write_transform(const Transform& transform, RTCFormat format, void* floats)
     for (int column = 0; column < 4; ++column) {
         float* const first = values + column * layout.column_step;
         for (int row = 0; row < 3; ++row)
-            first[row * layout.row_step] = static_cast<float>(transform.columns[column][row]);
+            first[row * layout.row_step] = static_cast<float>(transform[column][row]);
         if (layout.has_last_row) first[3 * layout.row_step] = column == 3 ? 1.0f : 0.0f;
     }
 }
@@ -359,18 +347,12 @@ void rtcGetGeometryTransformEx(RTCGeometry geometry, unsigned int, float time,
     rtcGetGeometryTransform(geometry, time, format, floats);
 }
 void* rtcGetGeometryUserDataFromScene(RTCScene scene, unsigned int id) {
-    return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
-        const Geometry* const geometry = s.find(id);
-        if (geometry == nullptr) fail_argument("no geometry has this ID");
-        return geometry->user;
-    });
+    return with<SceneObject>(__func__, scene, [&](SceneObject& s) { return s.at(id).user; });
 }
 void rtcGetGeometryTransformFromScene(RTCScene scene, unsigned int id, float time,
                                       enum RTCFormat format, void* floats) {
     with<SceneObject>(__func__, scene, [&](SceneObject& s) {
-        Geometry* const geometry = s.find(id);
-        if (geometry == nullptr) fail_argument("no geometry has this ID");
-        rtcGetGeometryTransform(reinterpret_cast<RTCGeometry>(geometry), time, format, floats);
+        rtcGetGeometryTransform(reinterpret_cast<RTCGeometry>(&s.at(id)), time, format, floats);
     });
 }
 #endif

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <map>
 
-#include <glm/ext/vector_double3.hpp>
+#include <glm/ext/matrix_double4x3.hpp>
 
 #include "library/embree/device.h"
 #include "morphray/geometry.hpp"
@@ -46,15 +46,13 @@ struct BufferView {
     }
 };
 
-/// Maps a point p to columns[0] * p.x + columns[1] * p.y + columns[2] * p.z + columns[3].
-struct Transform {
-    glm::dvec3 columns[4] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+/// Maps a point p to the product with (p, 1), and a vector v to that with (v, 0).
+using Transform = glm::dmat4x3;
 
-    morphray::Vec3 point(const morphray::Vec3& p) const;
-    morphray::Vec3 vector(const morphray::Vec3& v) const;
-    /// The inverse; that of a matrix without one has numbers that are not finite.
-    Transform inverse() const;
-};
+/// The product with (p, w), rounded to floats.
+morphray::Vec3 mapped(const Transform& transform, const morphray::Vec3& p, double w);
+/// The inverse; that of a matrix without one has numbers that are not finite.
+Transform inverse_of(const Transform& transform);
 
 /// Reads a matrix of 3x4 or 4x4 floats, row or column major. Throws Failure for another format.
 Transform read_transform(RTCFormat format, const void* floats);
@@ -101,7 +99,7 @@ public:
     unsigned int time_steps = 1;
     /// Only instances have one.
     Ref<SceneObject> instanced;
-    Transform transform;
+    Transform transform = Transform(1.0);
 
     void* user = nullptr;
     RTCFilterFunctionN intersect_filter = nullptr;

@@ -34,16 +34,16 @@ QueryOptions options_of(const Arguments* arguments) {
 #endif
 
 RTCRay to_object(const RTCRay& ray, const Transform& transform) {
-    RTCRay mapped = ray;
-    const morphray::Vec3 org = transform.point({ray.org_x, ray.org_y, ray.org_z});
-    const morphray::Vec3 dir = transform.vector({ray.dir_x, ray.dir_y, ray.dir_z});
-    mapped.org_x = org.x;
-    mapped.org_y = org.y;
-    mapped.org_z = org.z;
-    mapped.dir_x = dir.x;
-    mapped.dir_y = dir.y;
-    mapped.dir_z = dir.z;
-    return mapped;
+    RTCRay result = ray;
+    const morphray::Vec3 org = mapped(transform, {ray.org_x, ray.org_y, ray.org_z}, 1);
+    const morphray::Vec3 dir = mapped(transform, {ray.dir_x, ray.dir_y, ray.dir_z}, 0);
+    result.org_x = org.x;
+    result.org_y = org.y;
+    result.org_z = org.z;
+    result.dir_x = dir.x;
+    result.dir_y = dir.y;
+    result.dir_z = dir.z;
+    return result;
 }
 
 constexpr morphray::QueryOptions kCallingThread = {.threads = morphray::Threads::calling};
@@ -164,10 +164,7 @@ private:
             arguments.N = 1;
             filter(&arguments);
         }
-        context.instID[0] = before.instID[0];
-#if MORPHRAY_EMBREE == 4
-        context.instPrimID[0] = before.instPrimID[0];
-#endif
+        context = before;
         if (valid != 0) ray.tfar = seen.tfar;
         return valid != 0;
     }
@@ -414,20 +411,14 @@ void trace_packet(const char* call, const int* valid, RTCScene scene, const Argu
 
 #if MORPHRAY_EMBREE == 3
 /// Rays `stride` bytes apart.
-template <Query::Kind kind>
-void trace_stream(const char* call, RTCScene scene, const RTCIntersectContext* context, void* rays,
-                  std::size_t count, std::size_t stride) noexcept {
-    const auto lane_of = [=](std::size_t i) {
-        return OneLane{reinterpret_cast<RTCRay*>(static_cast<char*>(rays) + i * stride)};
+auto lanes_apart(void* first, std::size_t stride) {
+    return [=](std::size_t i) {
+        return OneLane{reinterpret_cast<RTCRay*>(static_cast<char*>(first) + i * stride)};
     };
-    trace<kind>(call, scene, context, rays, lane_of, count);
 }
-
-template <Query::Kind kind, class RayType>
-void trace_pointers(const char* call, RTCScene scene, const RTCIntersectContext* context,
-                    RayType* const* rays, std::size_t count) noexcept {
-    const auto lane_of = [=](std::size_t i) { return OneLane{reinterpret_cast<RTCRay*>(rays[i])}; };
-    trace<kind>(call, scene, context, rays, lane_of, count);
+template <class RayType>
+auto lanes_at(RayType* const* rays) {
+    return [=](std::size_t i) { return OneLane{reinterpret_cast<RTCRay*>(rays[i])}; };
 }
 #endif
 
@@ -469,17 +460,17 @@ MORPHRAY_PACKET(16)
 #if MORPHRAY_EMBREE == 3
 void rtcIntersect1M(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rays, unsigned int m,
                     size_t stride) {
-    trace_stream<kClosest>(__func__, scene, context, rays, m, stride);
+    trace<kClosest>(__func__, scene, context, rays, lanes_apart(rays, stride), m);
 }
 void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays, unsigned int m,
                    size_t stride) {
-    trace_stream<kOcclusion>(__func__, scene, context, rays, m, stride);
+    trace<kOcclusion>(__func__, scene, context, rays, lanes_apart(rays, stride), m);
 }
 void rtcIntersect1Mp(RTCScene scene, RTCIntersectContext* context, RTCRayHit** rays,
                      unsigned int m) {
-    trace_pointers<kClosest>(__func__, scene, context, rays, m);
+    trace<kClosest>(__func__, scene, context, rays, lanes_at(rays), m);
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned int m) {
-    trace_pointers<kOcclusion>(__func__, scene, context, rays, m);
+    trace<kOcclusion>(__func__, scene, context, rays, lanes_at(rays), m);
 }
 #endif

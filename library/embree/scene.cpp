@@ -103,9 +103,6 @@ void prepare(std::vector<CommittedMesh>& meshes) {
         if (first == &mesh) mesh.make_normals();
         mesh.normals = first->normals;
         mesh.measure();
-        if (!mesh.reads_far_vertex) continue;
-        mesh.has_own_positions = true;
-        mesh.place();
     }
 }
 
@@ -125,16 +122,8 @@ std::vector<PrimBox> boxes_of(const std::vector<CommittedMesh>& meshes) {
             PrimBox box = {
                 {}, static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(triangle / step)};
             bool is_whole = true;
-            for (std::size_t half = 0; half < step && is_whole; ++half) {
-                std::array<std::uint32_t, 3> corners;
-                is_whole = mesh.find_traced_corners(triangle + half, corners);
-                for (std::size_t i = 0; i < 3 && is_whole; ++i) {
-                    const std::uint32_t vertex = corners[i];
-                    const morphray::Vec3 corner = mesh.placed_vertex(vertex);
-                    is_whole = is_whole && is_in_range(corner);
-                    box.add(corner);
-                }
-            }
+            for (std::size_t half = 0; half < step && is_whole; ++half)
+                is_whole = mesh.add_to_box(triangle + half, box);
             if (is_whole) boxes.push_back(box);
         }
     }
@@ -143,7 +132,7 @@ std::vector<PrimBox> boxes_of(const std::vector<CommittedMesh>& meshes) {
 
 /// The factor of lengths, if the transformation is a similarity; otherwise 0.
 float similarity_of(const Transform& t) {
-    const auto dot = [&](int i, int j) { return glm::dot(t.columns[i], t.columns[j]); };
+    const auto dot = [&](int i, int j) { return glm::dot(t[i], t[j]); };
     const double scale2 = dot(0, 0);
     for (const double excess :
          {dot(1, 1) - scale2, dot(2, 2) - scale2, dot(0, 1), dot(0, 2), dot(1, 2)})
@@ -241,9 +230,10 @@ Geometry* SceneObject::find(unsigned int id) const {
     return found == attachments_.end() ? nullptr : found->second.get();
 }
 
-Geometry* SceneObject::find_locked(unsigned int id) const {
-    const std::scoped_lock lock(mutex_);
-    return find(id);
+Geometry& SceneObject::at(unsigned int id) const {
+    Geometry* const geometry = find(id);
+    if (geometry == nullptr) fail_argument("no geometry has this ID");
+    return *geometry;
 }
 
 void SceneObject::commit() {
@@ -319,7 +309,7 @@ bool SceneObject::update(const std::vector<CommittedMesh>& meshes) {
         mesh.place();
         if (!mesh.own_normals.empty()) mesh.make_normals();
         mesh.measure();
-        if (mesh.reads_far_vertex || mesh.left_out != left_out) return false;
+        if (mesh.left_out != left_out) return false;
     }
     if (!moved.empty()) committed_->forget_boxes();
     if (moved.empty() || !committed_->scene) return true;
@@ -380,7 +370,8 @@ RTCGeometry rtcGetGeometry(RTCScene scene, unsigned int id) {
 }
 RTCGeometry rtcGetGeometryThreadSafe(RTCScene scene, unsigned int id) {
     return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
-        return reinterpret_cast<RTCGeometry>(s.find_locked(id));
+        const std::scoped_lock lock(s.mutex());
+        return reinterpret_cast<RTCGeometry>(s.find(id));
     });
 }
 

@@ -49,7 +49,9 @@ public:
     void detach(unsigned int id);
     /// Without a lock; null if there is none.
     Geometry* find(unsigned int id) const;
-    Geometry* find_locked(unsigned int id) const;
+    /// As find(). Throws Failure if there is none.
+    Geometry& at(unsigned int id) const;
+    std::mutex& mutex() const { return mutex_; }
     /// A copy: other threads may attach to an instanced scene while one with it is committed.
     Attachments attachments() const {
         const std::scoped_lock lock(mutex_);

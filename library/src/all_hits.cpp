@@ -150,8 +150,7 @@ AllHits joined(std::vector<BatchHits> found, std::size_t ray_count) {
 void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
                   const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(rays.size(), "rays", counts.size());
-        QueryFilter filter(scene, rays.size(), "rays", options);
+        QueryFilter filter(scene, rays.size(), "rays", counts.size(), options);
         const auto count_part = [&](const RayPart& part) {
             std::vector<std::uint64_t> found(part.size());
             part.ask(mray::CountQuery{part.rays, crossing_of(crossing), found});
@@ -162,7 +161,8 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
             const auto number = [&](std::size_t i) {
                 return first + (order.empty() ? i : order[i]);
             };
-            for_ray_parts<mray::CountQuery>(scene, rays, batch.size(), filter, number, count_part);
+            for_parts<RayPart, mray::CountQuery>(scene, rays, batch.size(), filter, number,
+                                                 count_part);
         };
         constexpr std::uint32_t kMostTiled = std::numeric_limits<std::uint32_t>::max();
         if (options.coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
@@ -178,7 +178,7 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
 AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& all_options,
                              const QueryOptions& options) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
-        QueryFilter filter(scene, rays.size(), "rays", options);
+        QueryFilter filter(scene, rays.size(), "rays", rays.size(), options);
         std::mutex mutex;
         std::vector<BatchHits> found;
         const auto list = [&](const RayPart& part) {
@@ -196,7 +196,8 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& al
             const std::scoped_lock lock(mutex);
             found.push_back(std::move(own));
         };
-        for_ray_parts<mray::ListQuery>(scene, rays, rays.size(), filter, std::identity(), list);
+        for_parts<RayPart, mray::ListQuery>(scene, rays, rays.size(), filter, std::identity(),
+                                            list);
         return joined(std::move(found), rays.size());
     });
 }
@@ -205,7 +206,7 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
                      const QueryOptions& options) const {
     return with_scene(impl_, [&](SceneImpl& scene) -> Hit {
         if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
-        QueryFilter filter(scene, 1, "rays", options);
+        QueryFilter filter(scene, 1, "rays", 1, options);
         Hit hit;
         if (!after) return hit;
         if (!filter.sees_all()) filter.prepare<mray::NextQuery>();

@@ -133,61 +133,39 @@ void trace_in_runs(SceneImpl& scene, std::span<const Ray> part,
     });
 }
 
-/// Traces rays in one call, and converts them in many threads. The reported cost leaves out what
-/// the tree has no part in, such as waiting for other threads and compiling kernels.
-class LargeCall {
-public:
-    explicit LargeCall(SceneImpl& scene) : scene_(scene) {}
-
-    /// The rays of `order`, or all.
-    template <class Answer>
-    void trace(std::span<const Ray> part, std::span<const std::uint32_t> order,
-               std::span<Answer> answers) {
-        const std::size_t size = order.empty() ? part.size() : order.size();
-        rays_.resize(size);
-        t_exponents_.resize(size);
-        hits_.resize(size);
-        const auto for_runs = [&](auto work) { for_each_run(&scene_.arena(), size, {}, work); };
-        for_runs([&](std::size_t first, std::size_t count) {
-            std::array<Ray, kRun> room;
-            mray::cpu::SceneRays run;
-            scene_.space().to_scene(in_order(part, order, first, count, room), run);
-            for (std::size_t i = 0; i < count; ++i) {
-                rays_[first + i] = run.rays[i];
-                t_exponents_[first + i] = run.t_exponents[2 * i + 1];
-            }
-        });
-        scene_.cost.add(scene_.tracer().trace({rays_, hits_}), size);
-        for_runs([&](std::size_t first, std::size_t count) {
-            for (std::size_t i = first; i < first + count; ++i) {
-                const std::size_t at = order.empty() ? i : order[i];
-                set_answer(scene_, part[at], hits_[i], t_exponents_[i], answers[at]);
-            }
-        });
-    }
-
-private:
-    SceneImpl& scene_;
-    std::vector<mray::Ray> rays_;
-    std::vector<int> t_exponents_;
-    std::vector<mray::Hit> hits_;
-};
-
-/// Answers rays that see everything by large calls, which cannot be interrupted.
+/// Answers rays that see everything by large calls, which cannot be interrupted. Rays are converted
+/// in many threads. The reported cost leaves out what the tree has no part in, such as waiting for
+/// other threads and compiling kernels.
 template <class Answer>
 void trace_in_large_calls(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                           const QueryOptions& options) {
     constexpr std::size_t kMost = std::size_t{1} << 18;
     // The first one where the caller may cancel: a workgroup.
     constexpr std::size_t kLeast = 64;
-    LargeCall call(scene);
+    std::vector<mray::Ray> asked;
+    std::vector<int> t_exponents;
+    std::vector<mray::Hit> hits;
     const auto trace_batch = [&](std::size_t first, auto batch, auto order) {
         const auto trace_part = [&](std::size_t begin, std::size_t size) {
-            if (order.empty()) {
-                call.trace(batch.subspan(begin, size), order, answers.subspan(first + begin, size));
-            } else {
-                call.trace(batch, order.subspan(begin, size), answers.subspan(first, batch.size()));
-            }
+            asked.resize(size);
+            t_exponents.resize(size);
+            hits.resize(size);
+            for_each_run(&scene.arena(), size, {}, [&](std::size_t done, std::size_t count) {
+                std::array<Ray, kRun> room;
+                mray::cpu::SceneRays run;
+                scene.space().to_scene(in_order(batch, order, begin + done, count, room), run);
+                for (std::size_t i = 0; i < count; ++i) {
+                    asked[done + i] = run.rays[i];
+                    t_exponents[done + i] = run.t_exponents[2 * i + 1];
+                }
+            });
+            scene.cost.add(scene.tracer().trace({asked, hits}), size);
+            for_each_run(&scene.arena(), size, {}, [&](std::size_t done, std::size_t count) {
+                for (std::size_t i = done; i < done + count; ++i) {
+                    const std::size_t at = order.empty() ? begin + i : order[begin + i];
+                    set_answer(scene, batch[at], hits[i], t_exponents[i], answers[first + at]);
+                }
+            });
         };
         mray::for_watched_runs(0, batch.size(), mray::Watch(options.cancel), kMost, kLeast,
                                trace_part);
@@ -257,14 +235,13 @@ void pass_unseen(SceneImpl& scene, QueryFilter& filter, std::span<const Ray> ray
             set_answer(scene, rays[at], found[i], part.t_exponents[i], hits[at]);
         }
     };
-    for_ray_parts<mray::NextQuery>(
+    for_parts<RayPart, mray::NextQuery>(
         scene, rays, places.size(), filter, [&](std::size_t i) { return places[i]; }, pass);
 }
 
 void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options) {
-    require_room(rays.size(), "rays", hits.size());
-    QueryFilter filter(scene, rays.size(), "rays", options);
+    QueryFilter filter(scene, rays.size(), "rays", hits.size(), options);
     trace_all(scene, rays, hits, options);
     if (!filter.sees_all()) pass_unseen(scene, filter, rays, hits);
 }
@@ -287,8 +264,7 @@ Hit Scene::intersect(const Ray& ray, const QueryOptions& options) const {
 void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                      const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(rays.size(), "rays", occluded.size());
-        if (QueryFilter(scene, rays.size(), "rays", options).sees_all()) {
+        if (QueryFilter(scene, rays.size(), "rays", occluded.size(), options).sees_all()) {
             trace_all(scene, rays, occluded, options);
         } else {
             std::vector<Hit> hits(rays.size());

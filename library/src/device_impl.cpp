@@ -16,30 +16,19 @@ namespace detail {
 namespace {
 
 /// Makes backends on one device, or on another one once that is lost.
-class SharedVulkan {
-public:
-    explicit SharedVulkan(const VulkanOptions& options)
-        : state_(std::make_shared<State>(options)) {}
-
-    std::unique_ptr<mray::Backend> operator()() const {
-        const std::scoped_lock lock(state_->mutex);
-        std::shared_ptr<mray::gpu::SharedDevice>& device = state_->device;
-        const VulkanOptions& options = state_->options;
-        if (device == nullptr || mray::gpu::is_lost(*device))
-            device =
-                mray::gpu::open_device({.device = options.device, .validate = options.validate});
-        return mray::gpu::make_backend_on(device);
-    }
-
-private:
+DeviceImpl::MakeBackend vulkan_backends(const VulkanOptions& options) {
     struct State {
-        explicit State(const VulkanOptions& o) : options(o) {}
-        const VulkanOptions options;
         std::mutex mutex;
         std::shared_ptr<mray::gpu::SharedDevice> device;
     };
-    std::shared_ptr<State> state_;
-};
+    return [options, state = std::make_shared<State>()] {
+        const std::scoped_lock lock(state->mutex);
+        if (state->device == nullptr || mray::gpu::is_lost(*state->device))
+            state->device =
+                mray::gpu::open_device({.device = options.device, .validate = options.validate});
+        return mray::gpu::make_backend_on(state->device);
+    };
+}
 
 }  // namespace
 #endif
@@ -120,7 +109,7 @@ Device Device::vulkan(const VulkanOptions& options) {
         const std::optional<DeviceCheck> kept = kept_check(info);
         const DeviceCheck check = kept ? *kept : run_self_test(info);
         if (!check.passed) throw Error(check.code, check.problem);
-        return DeviceImpl::make_on_device(SharedVulkan{options});
+        return DeviceImpl::make_on_device(vulkan_backends(options));
     });
 }
 

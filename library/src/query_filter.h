@@ -8,11 +8,12 @@ namespace morphray::detail {
 /// Asks a scene's tracer about the triangles that exist. The options must outlive it.
 class QueryFilter {
 public:
-    /// Throws Error for a wrong number of flags or of excluded triangles, and for those that do not
-    /// exist; `what` names the queries.
-    QueryFilter(SceneImpl& scene, std::size_t queries, const char* what,
+    /// Throws Error for a wrong number of answers, flags or excluded triangles, and for those that
+    /// do not exist; `what` names the queries.
+    QueryFilter(SceneImpl& scene, std::size_t queries, const char* what, std::size_t answers,
                 const QueryOptions& options)
         : scene_(scene), options_(options) {
+        require_room(queries, what, answers);
         const std::span<const MeshSlot> slots = scene.meshes().slots();
         if (options.excluded && options.excluded->size() != queries)
             throw_bad_argument("excluded: {} for {} {}", options.excluded->size(), queries, what);

@@ -27,20 +27,17 @@ RayPart::RayPart(const RayPart& other, std::span<const std::size_t> chosen)
     }
 }
 
-void PointBlock::convert(std::size_t count) {
-    points.resize(count, mray::vec3(0, 0, 0));
-    exact.resize(count, mray::dvec3(0, 0, 0));
-    is_finite.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const Vec3& p = world[first + i];
+PointPart::PointPart(QueryPart part, std::span<const Vec3> all)
+    : QueryPart(std::move(part)),
+      world(all),
+      points(size(), mray::vec3(0, 0, 0)),
+      exact(size(), mray::dvec3(0, 0, 0)),
+      is_finite(size()) {
+    for (std::size_t i = 0; i < size(); ++i) {
+        const Vec3& p = world[numbers[i]];
         is_finite[i] = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? 1 : 0;
         if (is_finite[i] != 0) scene.space().to_scene(p, exact[i], points[i]);
     }
-}
-
-PointPart::PointPart(const PointBlock& all, std::vector<std::size_t> own)
-    : QueryPart{all.scene, all.filter, std::move(own)}, block(all), points(size()) {
-    for (std::size_t i = 0; i < size(); ++i) points[i] = all.points[numbers[i] - all.first];
 }
 
 }  // namespace morphray::detail

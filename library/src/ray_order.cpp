@@ -178,14 +178,18 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
     return std::span(places_).first(count);
 }
 
-std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by) {
+std::vector<std::uint32_t> order_points(std::span<const Vec3> points,
+                                        const mray::WorldBounds& scene, PointOrder by) {
     const int axes = by == PointOrder::columns ? 2 : 3;
     constexpr float kMost = std::numeric_limits<float>::max();
+    const mray::vec3 least(2.0 * scene.lower - scene.upper);
+    const mray::vec3 most(2.0 * scene.upper - scene.lower);
     mray::vec3 lower(kMost);
     mray::vec3 upper(-kMost);
-    for (const mray::vec3& p : points) {
-        lower = glm::min(lower, p);
-        upper = glm::max(upper, p);
+    for (const Vec3& p : points) {
+        const mray::vec3 near = glm::clamp(mray::vec3(p.x, p.y, p.z), least, most);
+        lower = glm::min(lower, near);
+        upper = glm::max(upper, near);
     }
     const auto cells = static_cast<float>(1u << (kBits / static_cast<std::uint32_t>(axes)));
     float scale[3];
@@ -196,8 +200,9 @@ std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, Poin
     std::vector<Item> items(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::uint32_t key = 0;
+        const float coordinates[] = {points[i].x, points[i].y, points[i].z};
         for (int axis = 0; axis < axes; ++axis) {
-            const float cell = (points[i][axis] - lower[axis]) * scale[axis];
+            const float cell = (coordinates[axis] - lower[axis]) * scale[axis];
             // Comparisons that are false for NaN.
             const float clamped = cell >= 0 ? (cell < cells ? cell : cells - 1) : 0;
             const auto number = static_cast<std::uint32_t>(clamped);

@@ -7,6 +7,7 @@
 
 #include "common/base/aligned_vector.h"
 #include "common/base/thread_arena.h"
+#include "common/scene/scene_space.h"
 #include "cpu/scene_space/ray_keys.h"
 #include "morphray/geometry.hpp"
 
@@ -56,8 +57,9 @@ enum class PointOrder {
 };
 
 /// A permutation of at most 2^32 points along a Morton curve over their bounds (G. M. Morton. A
-/// Computer Oriented Geodetic Data Base. IBM, 1966). Points that are not finite come anywhere.
-std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by);
+/// Computer Oriented Geodetic Data Base. IBM, 1966). Those far from the scene come anywhere.
+std::vector<std::uint32_t> order_points(std::span<const Vec3> points,
+                                        const mray::WorldBounds& scene, PointOrder by);
 
 /// The places of an image's rays tile after tile, which are streams; rows have `width` rays.
 std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total);

@@ -69,6 +69,16 @@ const SceneOptions& checked(const SceneOptions& options) {
     return options;
 }
 
+/// Calls work(scene), which changes it, as with_scene().
+template <class Work>
+decltype(auto) with_change(const std::unique_ptr<SceneImpl>& impl, Work work) {
+    return with_public_errors([&]() -> decltype(auto) {
+        SceneImpl& scene = require(impl);
+        const auto lock = scene.change_lock();
+        return work(scene);
+    });
+}
+
 }  // namespace
 
 SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
@@ -136,15 +146,6 @@ std::unique_lock<std::mutex> SceneImpl::change_lock() {
     return lock;
 }
 
-std::uint32_t SceneImpl::attach(const MeshView& mesh) {
-    const auto lock = change_lock();
-    return meshes_.attach(mesh);
-}
-void SceneImpl::detach(std::uint32_t geom_id) {
-    const auto lock = change_lock();
-    meshes_.detach(geom_id);
-}
-
 /// Calls work(), which changes the tree. Its errors break the scene.
 template <class Work>
 Update SceneImpl::run_update(Work work) {
@@ -160,19 +161,11 @@ Update SceneImpl::run_update(Work work) {
 }
 
 Update SceneImpl::update_all(bool takes_bounds) {
-    const auto lock = change_lock();
     return run_update([&] {
         if (takes_bounds) pose_.forget_bounds();
         if (meshes_.has_changes()) return change_meshes();
-        follow(deforming_vertices());
+        follow(meshes_.deforming_vertices());
     });
-}
-
-std::vector<MeshVertices> SceneImpl::deforming_vertices() const {
-    std::vector<MeshVertices> vertices;
-    for (const MeshSlot& mesh : meshes_.slots())
-        if (mesh.follows_positions()) vertices.push_back({&mesh, 0, mesh.positions.count});
-    return vertices;
 }
 
 const MeshSlot& SceneImpl::mesh_to_update(std::uint32_t geom_id) const {
@@ -184,47 +177,10 @@ const MeshSlot& SceneImpl::mesh_to_update(std::uint32_t geom_id) const {
     return *mesh;
 }
 
-Update SceneImpl::update_mesh(std::uint32_t geom_id, std::size_t first, std::size_t count) {
-    const auto lock = change_lock();
-    const MeshSlot& mesh = mesh_to_update(geom_id);
-    const std::size_t all = mesh.positions.count;
-    if (first > all || count > all - first)
-        throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count, first,
-                           all);
+Update SceneImpl::update_vertices(std::uint32_t geom_id, std::size_t first, std::size_t count) {
     return run_update([&] {
         meshes_.read_rest(geom_id, first, count);
-        follow(std::vector<MeshVertices>{{&mesh, first, count}});
-    });
-}
-
-Update SceneImpl::update_mesh(std::uint32_t geom_id, const Positions& positions) {
-    const auto lock = change_lock();
-    const MeshSlot& mesh = mesh_to_update(geom_id);
-    meshes_.set_positions(geom_id, positions);
-    return run_update([&] {
-        meshes_.read_rest(geom_id, 0, positions.count);
-        follow(std::vector<MeshVertices>{{&mesh, 0, positions.count}});
-    });
-}
-
-Update SceneImpl::update_poses(std::span<const MeshPose> poses) {
-    const auto lock = change_lock();
-    std::vector<mray::Transform> transforms;
-    std::vector<MeshVertices> moved;
-    for (const MeshPose& pose : poses) {
-        const MeshSlot& mesh = mesh_to_update(pose.geom_id);
-        moved.push_back({&mesh, 0, mesh.positions.count});
-        transforms.push_back(rounded(pose, pose_.origin()));
-    }
-    // Backends take vertices in ascending order.
-    std::ranges::sort(moved, {}, &MeshVertices::mesh);
-    const auto twice = std::ranges::adjacent_find(moved, {}, &MeshVertices::mesh);
-    if (twice != moved.end())
-        throw_bad_argument("geom_id {} has several poses", twice->mesh - meshes_.slots().data());
-    return run_update([&] {
-        for (std::size_t i = 0; i < poses.size(); ++i)
-            meshes_.set_transform(poses[i].geom_id, transforms[i]);
-        follow(moved);
+        follow(std::array{MeshVertices{meshes_.find(geom_id), first, count}});
     });
 }
 
@@ -356,20 +312,50 @@ Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
 }
 
 Update Scene::update() {
-    return with_public_errors([&] { return require(impl_).update_all(false); });
+    return with_change(impl_, [](SceneImpl& scene) { return scene.update_all(false); });
 }
 Update Scene::update_with_new_bounds() {
-    return with_public_errors([&] { return require(impl_).update_all(true); });
+    return with_change(impl_, [](SceneImpl& scene) { return scene.update_all(true); });
 }
+
 Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
-    return with_public_errors([&] { return require(impl_).update_mesh(geom_id, first, count); });
+    return with_change(impl_, [&](SceneImpl& scene) {
+        const std::size_t all = scene.mesh_to_update(geom_id).positions.count;
+        if (first > all || count > all - first)
+            throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count,
+                               first, all);
+        return scene.update_vertices(geom_id, first, count);
+    });
 }
 Update Scene::update(std::uint32_t geom_id, const Positions& positions) {
-    return with_public_errors([&] { return require(impl_).update_mesh(geom_id, positions); });
+    return with_change(impl_, [&](SceneImpl& scene) {
+        scene.mesh_to_update(geom_id);
+        scene.meshes_.set_positions(geom_id, positions);
+        return scene.update_vertices(geom_id, 0, positions.count);
+    });
 }
 
 Update Scene::update(std::span<const MeshPose> poses) {
-    return with_public_errors([&] { return require(impl_).update_poses(poses); });
+    return with_change(impl_, [&](SceneImpl& scene) {
+        std::vector<mray::Transform> transforms;
+        std::vector<MeshVertices> moved;
+        for (const MeshPose& pose : poses) {
+            const MeshSlot& mesh = scene.mesh_to_update(pose.geom_id);
+            moved.push_back({&mesh, 0, mesh.positions.count});
+            transforms.push_back(rounded(pose, scene.pose().origin()));
+        }
+        // Backends take vertices in ascending order.
+        std::ranges::sort(moved, {}, &MeshVertices::mesh);
+        const auto twice = std::ranges::adjacent_find(moved, {}, &MeshVertices::mesh);
+        if (twice != moved.end())
+            throw_bad_argument("geom_id {} has several poses",
+                               twice->mesh - scene.meshes().slots().data());
+        return scene.run_update([&] {
+            for (std::size_t i = 0; i < poses.size(); ++i)
+                scene.meshes_.set_transform(poses[i].geom_id, transforms[i]);
+            scene.follow(moved);
+        });
+    });
 }
 Update Scene::update(std::uint32_t geom_id, const Transform& transform) {
     const MeshPose pose{geom_id, transform};
@@ -377,10 +363,10 @@ Update Scene::update(std::uint32_t geom_id, const Transform& transform) {
 }
 
 std::uint32_t Scene::attach(const MeshView& mesh) {
-    return with_public_errors([&] { return require(impl_).attach(mesh); });
+    return with_change(impl_, [&](SceneImpl& scene) { return scene.meshes_.attach(mesh); });
 }
 void Scene::detach(std::uint32_t geom_id) {
-    with_public_errors([&] { require(impl_).detach(geom_id); });
+    with_change(impl_, [&](SceneImpl& scene) { scene.meshes_.detach(geom_id); });
 }
 
 Update Scene::last_update() const {

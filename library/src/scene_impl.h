@@ -22,17 +22,10 @@ public:
 
     static SceneImpl& of(const Scene& scene) { return *scene.impl_; }
 
-    // Changes. Each throws Error(busy) during another one. What updates throw after the check of
-    // their arguments breaks the scene.
-
-    std::uint32_t attach(const MeshView& mesh);
-    void detach(std::uint32_t geom_id);
-    Update update_all(bool takes_bounds);
-    Update update_mesh(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    Update update_mesh(std::uint32_t geom_id, const Positions& positions);
-    Update update_poses(std::span<const MeshPose> poses);
+    /// Keeps other changes out. Throws Error(busy), and as require_usable().
+    std::unique_lock<std::mutex> change_lock();
     /// Reads the positions of all deforming meshes, but leaves the tree as it is (engine.h).
-    void read_positions() { read(deforming_vertices()); }
+    void read_positions() { read(meshes_.deforming_vertices()); }
 
     /// Throws what broke the scene, or mray::Error in a forked child of a device's process.
     void require_usable() const {
@@ -63,17 +56,19 @@ public:
     const EdgeCounts& edge_counts();
 
 private:
-    /// Keeps other changes out. Throws Error(busy), and as require_usable().
-    std::unique_lock<std::mutex> change_lock();
+    /// Its changes hold the change_lock().
+    friend class morphray::Scene;
+
     Update to_public(const mray::TreeUpdate& update) const;
     const MeshSlot& mesh_to_update(std::uint32_t geom_id) const;
     template <class Work>
     Update run_update(Work work);
+    Update update_all(bool takes_bounds);
+    Update update_vertices(std::uint32_t geom_id, std::size_t first, std::size_t count);
     void read_list();
     void start(const mray::Bvh* tree);
     void took_pose();
     void change_meshes();
-    std::vector<MeshVertices> deforming_vertices() const;
     void read(std::span<const MeshVertices> vertices);
     void follow(std::span<const MeshVertices> vertices);
 

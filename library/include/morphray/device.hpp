@@ -32,8 +32,8 @@ struct VulkanOptions {
     bool validate = false;
 };
 
-/// A handle to a device; copies share it. Devices have no state that a caller can see: threads may
-/// use one at the same time, for any number of scenes. A scene keeps its device alive.
+/// A handle to a device; copies share it. Threads may use one at the same time, for any number of
+/// scenes. A scene keeps its device alive.
 class MORPHRAY_API Device {
 public:
     /// Moving copies, so that no Device is ever without a device.
@@ -52,8 +52,7 @@ public:
     /// Tests every triangle for every ray: no tree to be wrong about. For checks of small scenes.
     static Device brute_force(const CpuOptions& options = {});
 
-    /// "cpu", "vulkan" or "brute".
-    const std::string& name() const;
+    const std::string& name() const;  ///< "cpu", "vulkan" or "brute".
     /// For people: instruction set and threads, or the device's name and driver.
     std::string description() const;
 
@@ -69,16 +68,13 @@ MORPHRAY_API std::vector<std::string> simd_targets();
 struct VulkanDeviceInfo {
     std::uint32_t index = 0;
     std::string name;
-    /// "discrete", "integrated", "virtual", "cpu" or "other".
-    std::string type;
+    std::string type;  ///< "discrete", "integrated", "virtual", "cpu" or "other".
     std::string driver;
     std::string uuid;
-    /// The version of Vulkan that the device supports: api_major.api_minor.
-    std::uint32_t api_major = 0;
+    std::uint32_t api_major = 0;  ///< It supports Vulkan api_major.api_minor.
     std::uint32_t api_minor = 0;
     std::uint64_t memory_bytes = 0;
-    /// The number of lanes that the device runs together.
-    std::uint32_t subgroup_size = 0;
+    std::uint32_t subgroup_size = 0;  ///< The lanes that it runs together.
     /// Empty if Device::vulkan() can use the device; otherwise what it lacks.
     std::string unusable;
     /// True if the driver promises to round as the CPU does. If not, the self-test (DeviceCheck)

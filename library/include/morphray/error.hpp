@@ -13,8 +13,7 @@
 namespace morphray {
 
 enum class ErrorCode {
-    bad_argument,  ///< An argument that no call accepts: sizes that do not fit, an empty scene
-                   ///< handle.
+    bad_argument,  ///< An argument that no call accepts: sizes that do not fit.
     bad_input,     ///< An array or a file that cannot be used: an index out of range.
     unavailable,   ///< A device or an instruction set that this machine or build does not have.
     output,        ///< A file that cannot be written.

@@ -28,8 +28,8 @@ struct Box {
 /// origin does not. `dir` has any length but 0; t is in units of it. 32 bytes, in the order of the
 /// members, so that an array of 8 floats a ray may be read as rays.
 ///
-/// A ray that starts on a triangle does not hit it there, as far as rounding knows that it does:
-/// the ray may hit it at a t next to 0. QueryOptions::excluded leaves that triangle out.
+/// A ray that starts on a triangle may hit it at a t next to 0, by rounding. QueryOptions::excluded
+/// leaves that triangle out.
 ///
 /// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, or if no t
 /// is left (tnear > tfar or tfar <= 0). A negative tnear counts as 0. org may be at any distance:

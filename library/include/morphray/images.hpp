@@ -42,15 +42,12 @@ constexpr std::uint32_t sample_side(std::uint32_t samples) {
 /// A calibrated camera, with OpenCV's axes: x right, y down, z forward. A point (x, y, z) in its
 /// space is seen (fx * x / z + cx, fy * y / z + cy) pixels from the upper left corner of the image,
 /// where the centre of the first pixel is (0.5, 0.5). OpenCV counts from that centre: add 0.5 to
-/// its principal point.
-///
-/// The rays of pixels are those of docs/guide/sensors.md, for which Scene::intersect() has the same
-/// bits if the camera is nearer than 500 sizes of the scene.
+/// its principal point. Scene::intersect() has the same bits for the rays of docs/guide/sensors.md
+/// if the camera is nearer than 500 sizes of the scene.
 struct Pinhole {
     /// A rotation and a translation, row by row: from the camera's space to the caller's
     /// coordinates. The columns are the axes of the camera and its place.
     std::array<std::array<double, 4>, 3> to_world = {};
-    /// In pixels.
     double fx = 0;
     double fy = 0;
     double cx = 0;
@@ -63,8 +60,7 @@ struct View {
     std::optional<Point> eye = {};
     std::optional<Point> target = {};
     Point up = {0, 1, 0};
-    /// Vertical, in degrees, between 0 and 180.
-    double fov = 45;
+    double fov = 45;  ///< Vertical, in degrees, between 0 and 180.
     /// Takes the place of eye, target and fov. `up` is then the direction of the sky alone.
     std::optional<Pinhole> pinhole = {};
     /// Things that are lower than 1/46000 of the way to the light cast no shadow, so a sun is best
@@ -78,10 +74,8 @@ struct View {
     Shading shading = Shading::plain;
     /// Camera rays a pixel, 1, 4, 16 or 64: a square of them, whose colours are averaged.
     std::uint32_t samples = 1;
-    /// Whether Shading::lit and normal leave out the smooth normals of meshes.
-    bool flat = false;
-    /// Whether Shading::lit fills Image::linear, too.
-    bool linear = false;
+    bool flat = false;    ///< Whether Shading::lit and normal leave out smooth normals.
+    bool linear = false;  ///< Whether Shading::lit fills Image::linear, too.
     /// Ambient-occlusion rays a camera ray, from 1 to 256; with Shading::lit also 0, for none.
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
@@ -89,11 +83,10 @@ struct View {
     /// Whether Image::hits, occlusion and hits_hash are filled. Without them an image takes less
     /// time and memory; its pixels are the same.
     bool hits = true;
-    /// If it is given, render() throws cancelled soon after another thread has made it true, at any
-    /// size, number of samples and shading: within some milliseconds on the CPU, by brute force
-    /// once each thread has finished a row of at most 64 pixels, and on a device at the end of a
-    /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
-    /// time.
+    /// If it is given, render() throws cancelled soon after another thread has made it true: within
+    /// some milliseconds on the CPU, by brute force once each thread has finished a row of at most
+    /// 64 pixels, and on a device at the end of a submission of some tens of milliseconds, or of
+    /// compiling a kernel that it uses for the first time.
     const std::atomic<bool>* cancel = nullptr;
     /// If it is given, render() adds to it, 1 in all, in the pass that traces most rays.
     std::atomic<double>* progress = nullptr;
@@ -103,26 +96,24 @@ struct View {
 struct Image {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
-    /// Camera rays a pixel: View::samples.
-    std::uint32_t samples = 1;
+    std::uint32_t samples = 1;  ///< View::samples.
     /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
     std::vector<std::uint32_t> pixels;
     /// The hit of each camera ray; empty if View::hits is false. t is the depth along the viewing
     /// direction, in world space. With several samples these are the hits of an image whose sides
-    /// are longer by the square root of their number, and so is `occlusion`.
+    /// are sample_side(samples) times as long, and so is `occlusion`.
     std::vector<Hit> hits;
     /// The number of occluded shadow and ambient-occlusion rays of each camera ray, with smooth
     /// normals as its colour shows the shadow; empty if View::hits is false.
     std::vector<std::uint32_t> occlusion;
-    /// Linear red, green and blue of each pixel, the mean of its samples, row by row from the top;
-    /// empty unless View::linear asks for them.
+    /// Linear red, green and blue of each pixel, the mean of its samples; empty unless View::linear
+    /// asks for them.
     std::vector<std::array<float, 3>> linear;
-    /// The rays that were traced.
-    std::uint64_t ray_count = 0;
+    std::uint64_t ray_count = 0;  ///< The rays that were traced.
     /// The time of the trace; a device takes it by its own clock, if it has one.
     double trace_ms = 0;
-    /// The part of trace_ms that the colours took, where these are a step of their own: with any
-    /// Shading but plain, and with several samples; else 0.
+    /// The part of trace_ms that the colours took, with any Shading but plain, and with several
+    /// samples; else 0.
     double shade_ms = 0;
     /// XXH3 (64 bits) of hits and occlusion, and of the pixels: the same on every device and
     /// machine. They are what `morphray render --json` reports. hits_hash is 0 if View::hits is
@@ -142,12 +133,9 @@ struct ImageStack {
     /// kNoGeometry and kNoPrim without a hit.
     std::span<std::uint32_t> geom_id = {};
     std::span<std::uint32_t> prim_id = {};
-    /// As by Scene::normals(), not smooth; 0 without a hit.
-    std::span<Vec3> normal = {};
-    /// Hit::u and v; 0 without a hit.
-    std::span<std::array<float, 2>> uv = {};
-    /// As Image::pixels.
-    std::span<std::uint32_t> shaded = {};
+    std::span<Vec3> normal = {};              ///< As Scene::normals(), not smooth; 0 without a hit.
+    std::span<std::array<float, 2>> uv = {};  ///< Hit::u and v; 0 without a hit.
+    std::span<std::uint32_t> shaded = {};     ///< As Image::pixels.
 
     /// Set by render(), as in Image. The CPU's trace_ms includes the making of all channels.
     std::uint64_t ray_count = 0;
@@ -172,10 +160,9 @@ class MORPHRAY_API HitsWriter {
 public:
     HitsWriter(std::uint32_t width, std::uint32_t height);
 
-    /// An image with several samples a pixel counts by its hits: its sides are longer by the square
-    /// root of their number. Throws bad_argument for an image of another size, and for hits of
-    /// another mesh than geom_id 0, for which the file has no place; limit. What throws has changed
-    /// nothing.
+    /// With several samples a pixel the size is that of Image::hits. Throws bad_argument for an
+    /// image of another size, and for hits of another mesh than geom_id 0, for which the file has
+    /// no place; limit. What throws has changed nothing.
     void add(const Image& image);
     /// Writes the file with the images so far: as a whole, or not at all. Throws output.
     void write(const std::string& file) const;
@@ -184,8 +171,7 @@ private:
     std::uint32_t width_;
     std::uint32_t height_;
     std::uint32_t image_count_ = 0;
-    /// The file.
-    std::vector<std::byte> bytes_;
+    std::vector<std::byte> bytes_;  ///< The file.
 };
 
 /// A file of HitsWriter.
@@ -221,8 +207,7 @@ struct Comparison {
     bool equal() const { return different == 0; }
 };
 
-/// Traces the rays in both scenes. `keep` limits Comparison::differences.
-/// Throws what Scene::intersect() throws.
+/// Traces the rays in both scenes. `keep` limits Comparison::differences. Throws as intersect().
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
                                 std::size_t keep = 10, const QueryOptions& options = {});
 /// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws

@@ -55,8 +55,8 @@ constexpr void check_positions() {
 
 }  // namespace detail
 
-/// `count` positions, three floats or doubles each, `stride` bytes apart. Any alignment. The array
-/// is borrowed. SceneOptions::origin is subtracted in double wherever they are read; then they are
+/// `count` positions, three floats or doubles each, `stride` bytes apart, at any address. The array
+/// is borrowed. Where they are read, SceneOptions::origin is subtracted in double, then they are
 /// rounded to floats.
 struct Positions {
     const void* data = nullptr;
@@ -65,9 +65,9 @@ struct Positions {
     bool has_doubles = false;
 };
 
-/// Finds a SceneOptions::origin. It is 0 unless rounding doubles to floats would move one by more
-/// than 1e-6 of their size; then it lies near their middle. Positions that are not finite, beyond
-/// 1e30, or 2^37 times as far from 0 as most do not count. O(positions).
+/// Finds a SceneOptions::origin: 0, or near the middle of doubles one of which rounding to floats
+/// would move by more than 1e-6 of their size. Positions that are not finite, beyond 1e30, or 2^37
+/// times as far from 0 as most do not count. O(positions).
 MORPHRAY_API Point find_origin(const Positions& positions);
 /// Returns the farthest that rounding moves a coordinate of doubles less an origin; 0 for floats.
 MORPHRAY_API double rounding_error(const Positions& positions, const Point& origin);
@@ -130,45 +130,37 @@ enum class Wrap {
 
 /// An image in the caller's memory for triangles to show.
 struct TextureView {
-    /// width * height texels, row by row from the top: 8 bits a channel, red in bits 0 to 7, green
-    /// in 8 to 15, blue in 16 to 23, alpha above, as in Image::pixels. Channels are encoded as in
+    /// width * height texels, row by row from the top, as Image::pixels. Channels are encoded as in
     /// image files, not linear: their squares are taken as linear intensities. Alpha is read for
     /// `alpha_cutoff` alone.
     std::span<const std::uint32_t> texels = {};
-    /// 1 to kMaxTextureSide each.
-    std::uint32_t width = 0;
+    std::uint32_t width = 0;  ///< 1 to kMaxTextureSide.
     std::uint32_t height = 0;
     Wrap wrap = Wrap::repeat;
-    /// From 0 to 1. Where alpha, divided by 255 and linear between texels, is below this, triangles
-    /// have holes: in lit images rays of all kinds pass there. Queries and other images know no
-    /// holes. 0: no holes.
+    /// From 0 to 1. Where alpha, divided by 255 and linear between texels, is below this, rays of
+    /// lit images pass triangles. Queries and other images know no holes.
     float alpha_cutoff = 0;
 };
 
 /// What images show of a mesh. All arrays are copied once.
 struct Appearance {
-    /// The colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green in 8 to
-    /// 15, blue in 16 to 23. Empty: light grey.
+    /// The colour of each triangle: linear, with channels as in Image::pixels. Empty: light grey.
     std::span<const std::uint32_t> albedo = {};
-    /// For lit images, three numbers for each triangle. Corners with the same number share a
-    /// normal, the mean of their triangles, by their angles, at the current pose, so that these
-    /// look smooth together; at creases of more than 37 degrees they stay flat. MeshView::triangles
-    /// itself makes all of the mesh smooth, without memory for it. Empty: every triangle is flat.
-    /// Numbers are below the number of corners.
+    /// For lit images, three numbers for each triangle, below the number of corners. Corners with
+    /// the same number share a normal: the mean of their triangles, by their angles, at the current
+    /// pose. A corner more than 37 degrees off it stays flat. MeshView::triangles itself makes all
+    /// of the mesh smooth, without memory for it. Empty: every triangle is flat.
     std::span<const std::uint32_t> smooth = {};
-    /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
-    /// that the scene stands on.
+    /// In lit images the mesh, a plane to stand on, is the background, darkened by shadows.
     bool shadow_catcher = false;
-    /// For lit images, textures; each triangle shows one of them, multiplied by its albedo (white
-    /// instead of light grey without `albedo`). Copies have smaller levels for surfaces far away: a
-    /// third more memory. At most 65536 of them.
+    /// For lit images, at most 65536 textures, copied with smaller levels: a third more memory.
+    /// Each triangle shows one, multiplied by its albedo (without `albedo` white).
     std::span<const TextureView> textures = {};
     /// With `textures`, u and v of each triangle's three corners, six floats for each triangle: u
     /// from the left (0) to the right (1) of the image, v from its bottom (0) to its top (1), and
     /// beyond as TextureView::wrap says. What is not finite counts as 0.
     std::span<const float> texcoords = {};
-    /// With `textures`, the index of each triangle's texture, or kNoTexture. Empty: all have the
-    /// first.
+    /// The index of each triangle's texture, or kNoTexture. Empty: all have the first.
     std::span<const std::uint32_t> texture_ids = {};
 };
 

@@ -1,4 +1,4 @@
-// Questions about all triangles of a scene: all hits of rays, inside or outside, closest points.
+// Questions about all triangles of a scene, how they are asked, and their answers.
 #pragma once
 
 #include <atomic>
@@ -67,13 +67,13 @@ struct QueryOptions {
     /// mesh that the scene does not have, throw bad_argument. Nothing: none.
     ///
     /// Answers have the bits of a scene of the remaining triangles with the same bounds. A closed
-    /// mesh that loses a triangle is open (Scene::winding). With `visible` or `excluded` the host's
-    /// threads answer points for a Vulkan device, too, as in Scene::closest_points().
+    /// mesh that loses a triangle is open. With `visible` or `excluded` the host's threads answer
+    /// points for a Vulkan device, too, as in Scene::closest_points().
     std::optional<std::span<const Primitive>> excluded = {};
     /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
-    /// soon after another thread has made it true: within some milliseconds, or once each thread of
-    /// the CPU has answered the point or 64 rays that it is at, and a device its submission of
-    /// some milliseconds or 64 rays or points. What was not found by then is left as it was.
+    /// soon after another thread has made it true: once each thread of the CPU has answered the
+    /// point or 64 rays that it is at, and a device its submission of some milliseconds or 64 rays
+    /// or points. What was not found by then is left as it was.
     const std::atomic<bool>* cancel = nullptr;
 };
 
@@ -102,13 +102,13 @@ struct AllHits {
     }
 };
 
-/// Which windings are inside, as the fill rules of drawing programs.
+/// What is inside, as the fill rules of drawing programs.
 enum class FillRule {
-    /// All but 0: the union of closed meshes whose triangles are counter-clockwise as
-    /// seen from outside. A mesh that is turned inside out lies inside, too.
+    /// Crossings, counted with their sides, that do not add up to 0: the union of closed meshes
+    /// whose triangles are counter-clockwise as seen from outside, or all from inside.
     nonzero,
-    /// Odd numbers of crossings, whichever way triangles are turned. Where two meshes
-    /// overlap is outside.
+    /// Odd numbers of crossings, whichever way triangles are turned. Where two meshes overlap is
+    /// outside.
     odd,
 };
 

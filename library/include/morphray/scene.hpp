@@ -38,11 +38,10 @@ struct Every {
 };
 /// Refits; restructures, or builds, when the tree's degradation has cost as much time as that would
 /// take. What takes longer than the budget is restructured in slices, or built in the background.
-/// Both budgets are finite and not negative.
 struct Auto {
-    /// The time that an update may add, in milliseconds. 0: `budget` decides.
+    /// The time that an update may add, in milliseconds, finite and not negative. 0: `budget`, a
+    /// part of the time that refit and queries of a pose take.
     double budget_ms = 0;
-    /// The time that an update may add, as a part of that which refit and queries of a pose take.
     double budget = 0.75;
     /// Every run takes the same decisions: counts of triangles and rays take the place of times.
     /// Results never depend on the decisions.
@@ -51,17 +50,15 @@ struct Auto {
 /// How the tree follows the meshes (Wald, Boulos, Shirley, TOG 26(1), 2007, section 5).
 using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
 
-/// Reads the name of a policy, for programs whose users write it: "refit", "rebuild", "every:K"
-/// with K from 1 to 1000000, or "auto", which gives an Auto{}. Throws bad_argument, which lists
-/// these, for any other text. Threads may call it at the same time.
+/// Reads a policy that users write: "refit", "rebuild", "every:K" with K from 1 to 1000000, or
+/// "auto" for Auto{}. Throws bad_argument, which lists these, for any other text. Thread-safe.
 MORPHRAY_API UpdatePolicy parse_update_policy(const std::string& text);
 
 struct SceneOptions {
-    /// The part of world space that the meshes move in. It fixes scene space, and with it the last
-    /// bits of all hits: with the same bounds, equal positions give equal bits on all machines and
-    /// devices, whatever the poses before. Without it the bounds of the first pose are taken.
-    /// Meshes may leave the bounds: as long as they do, scene space is that of bounds and meshes
-    /// together. build() throws bad_argument if they are empty or not within the range of floats.
+    /// The part of world space that the meshes move in; nothing: the bounds of the first pose. With
+    /// the same bounds, equal positions give hits of equal bits on all machines and devices,
+    /// whatever the poses before. As long as meshes leave the bounds, those of both together count.
+    /// build() throws bad_argument if they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
     /// The place in the caller's coordinates where world space has its 0. It is subtracted from
     /// positions in double before they are rounded to floats, so that coordinates such as those of
@@ -72,9 +69,9 @@ struct SceneOptions {
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
-    /// If it is given, a tree that build() or update() builds is given up soon after another thread
-    /// has made it true, and they throw cancelled: within some milliseconds. After such an
-    /// update() the scene is of no use any more. The flag must outlive the scene.
+    /// If it is given, build() and update() give up a tree within some milliseconds after another
+    /// thread has made it true, and throw cancelled. After such an update() the scene is of no use
+    /// any more. The flag must outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
 };
 
@@ -90,16 +87,14 @@ enum class Step {
 /// "build", "keep", ...
 MORPHRAY_API const char* to_string(Step step) noexcept;
 
-/// The vertices of a mesh whose triangles are never hit, as long as they are where they are, and
-/// triangles that are not. Vertices that no triangle uses do not count.
+/// The vertices of a mesh whose triangles are not hit at this pose, and triangles that are not.
+/// Vertices that no triangle uses do not count.
 struct LeftOut {
     std::uint32_t geom_id = 0;
     std::uint64_t not_finite = 0;  ///< NaN, infinite, or beyond floats.
-    /// Outside the scene's bounds, and more than 2^37 times as far from its origin as most vertices
-    /// (Scene).
-    std::uint64_t too_far = 0;
-    /// Triangles that have an area, but none in the steps of scene space, 2^-60 of its size: when
-    /// meshes came, changed their triangles or went.
+    std::uint64_t too_far = 0;     ///< As the far vertices of Scene.
+    /// Triangles that have an area, but none in the steps of scene space, 2^-60 of its size, when
+    /// meshes last came or went.
     std::uint64_t too_small = 0;
 };
 
@@ -110,9 +105,8 @@ struct Update {
     /// The cost of the tree by the surface area heuristic, relative to that when it was built and
     /// to the growth of its triangles; 1 if neither policy nor options ask for it.
     double cost_ratio = 1;
-    /// Whether a tree is being built in the background.
-    bool build_pending = false;
-    /// Meshes with vertices that are left out at this pose, by geom_id; empty for a sound scene.
+    bool build_pending = false;  ///< Whether a tree is being built in the background.
+    /// By geom_id; empty for a sound scene.
     std::vector<LeftOut> left_out = {};
 
     /// Milliseconds. A part that did not happen is 0. A device may put a refit off until the first
@@ -153,7 +147,7 @@ struct EdgeCounts {
     /// nothing. Triangles of the same direction are no twins: the surface winds twice there.
     std::uint64_t twins = 0;
 
-    /// True if inside by the rule, the sign of distances and, for nonzero, winding are those of a
+    /// True if insides by the rule, signs of distances and, for nonzero, winding are those of a
     /// solid. If all triangles are twins, that is a solid without an inside.
     bool is_closed(FillRule rule = FillRule::nonzero) const {
         return uneven == (rule == FillRule::odd ? turned : 0);
@@ -189,13 +183,13 @@ struct EdgeCounts {
 /// takes as much again as the tree. Images keep up to 340 MB for the next one.
 class MORPHRAY_API Scene {
 public:
-    /// Builds a scene of one mesh, geom_id 0. Time: O(n log n) in the triangles, some 0.1 us a
-    /// triangle and core. Throws bad_input for an index that is out of range (named), or triangles
-    /// that are not in threes; bad_argument for positions without data, a stride below 12 and
-    /// unsuitable options; limit above 2^28 triangles in all.
+    /// Builds a scene of meshes with the geom_ids 0, 1, ... in order, or of one; there may be none.
+    /// Time: O(n log n) in the triangles, some 0.1 us a triangle and core. Throws bad_input for an
+    /// index that is out of range (named), or triangles that are not in threes; bad_argument for
+    /// positions without data, a stride below 12 and unsuitable options; limit above 2^28
+    /// triangles.
     static Scene build(const MeshView& mesh, const Device& device = Device::cpu(),
                        const SceneOptions& options = {});
-    /// A scene of several meshes, with geom_ids 0, 1, ... in order. There may be none.
     static Scene build(std::span<const MeshView> meshes, const Device& device = Device::cpu(),
                        const SceneOptions& options = {});
 
@@ -208,13 +202,11 @@ public:
     /// Reads the positions of all deforming meshes without a pose again and brings the tree to
     /// them. Time: O(n) in vertices and triangles of what moved.
     Update update();
-    /// Reads `count` positions of one mesh from `first` on; all others are those of the last
-    /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
-    /// mesh.
+    /// Reads `count` positions of one mesh from `first` on, also if it does not deform. Throws
+    /// bad_argument if they are not in the mesh.
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    /// Borrows other positions for a mesh from now on, as many as it has, and reads them: for poses
-    /// in several buffers. Throws bad_argument, which changes nothing, for another number of
-    /// positions, positions without data and a stride below 12.
+    /// Borrows other positions for a mesh from now on, as many as it has, and reads them. Throws
+    /// bad_argument, which changes nothing, for another number of them, no data, a stride below 12.
     Update update(std::uint32_t geom_id, const Positions& positions);
     /// Moves meshes by matrices. The position of a vertex becomes M p + t, where p is its rest
     /// position: that of the mesh's array, rounded to floats without the origin, at the first pose
@@ -231,9 +223,8 @@ public:
     /// as floats. Vertices that a matrix moves beyond floats are left out (Update::left_out).
     Update update(std::span<const MeshPose> poses);
     Update update(std::uint32_t geom_id, const Transform& transform);
-    /// As update(), but first replaces the bounds by those of all positions, as build()
-    /// does without SceneOptions::bounds. Hits then have the same bits as those of a new scene of
-    /// these meshes. The policy decides, as in update(), whether the tree is kept.
+    /// As update(), but first replaces the bounds by those of all positions: hits have the bits of
+    /// a new scene of these meshes without SceneOptions::bounds.
     Update update_with_new_bounds();
 
     /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws
@@ -247,10 +238,10 @@ public:
     /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
-    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays. Runs on all threads of
-    /// the device if there are many rays, and in the calling thread if there are few. On a Vulkan
-    /// device a call is a submission, and so is each hit that a ray passes by because it does not
-    /// see it. Throws bad_argument if sizes differ, device_lost, limit; cancelled.
+    /// Finds the closest hits: hits[i] answers rays[i]. Many rays are traced on all threads of the
+    /// device, few in the calling thread. On a Vulkan device a call is a submission, and so is each
+    /// hit that a ray passes by because it does not see it. Throws bad_argument if sizes differ,
+    /// device_lost, limit; cancelled.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const QueryOptions& options = {}) const;
     /// One ray, for callers that need each hit before they make the next ray.
@@ -268,16 +259,13 @@ public:
     /// hits a ray and thread besides. Throws as intersect(); limit if the memory does not suffice.
     AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& all = {},
                           const QueryOptions& options = {}) const;
-    /// The next hit of a ray after one of its hits: the first one that is greater in the order of
-    /// (t, geom_id, prim_id). After a miss there is none. To step through the hits that
-    /// intersect() and occluded() know:
+    /// The next hit of a ray: the first one after (t, geom_id, prim_id) of `after`, which need not
+    /// be a hit of the scene; none after a miss. To step through the hits that intersect() and
+    /// occluded() know, each once, also where t is rounded, a denormal or too large for a float:
     ///
     ///     for (Hit hit = scene.intersect(ray); hit; hit = scene.intersect(ray, hit)) ...
     ///
-    /// Each is found once, also where t is rounded: a denormal, or too large for a float.
-    ///
-    /// `after` need not be a hit of the scene: any t, geom_id and prim_id do. Throws bad_argument
-    /// if its t is NaN.
+    /// Throws bad_argument if t of `after` is NaN.
     Hit intersect(const Ray& ray, const Hit& after, Crossing crossing = Crossing::each,
                   const QueryOptions& options = {}) const;
     /// Counts all hits: counts[i] is the number of those of rays[i]. Throws as intersect().
@@ -286,11 +274,9 @@ public:
 
     /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
     /// without an area. The corners of a triangle are counter-clockwise as seen from where its
-    /// normal points. `smooth` interpolates the normals of the corners, as lit images do, where
-    /// Appearance::smooth gives them: means of those of their triangles, weighted by angles; a
-    /// corner more than 37 degrees off the triangle's own takes that. O(triangles) for the first
-    /// smooth ones after an update. Throws bad_argument if sizes differ or a hit is none of this
-    /// scene.
+    /// normal points. `smooth` interpolates those of Appearance::smooth, as lit images do;
+    /// O(triangles) for the first ones after an update. Throws bad_argument if sizes differ or a
+    /// hit is none of this scene.
     void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
@@ -342,33 +328,31 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
-    /// Renders into `image`, whose memory it uses again: for sequences of images, where allocation
-    /// takes longer than tracing. Not two calls with one image at the same time. If it throws,
-    /// `image` is a valid image, but of nothing in particular.
+    /// Renders into `image`, whose memory it uses again: allocation may take longer than tracing.
+    /// One call at a time with one image. If it throws, `image` is one of nothing in particular.
     void render(const View& view, Image& image) const;
 
-    /// Renders views of one size together into the channels that `stack` has arrays for. Nothing
-    /// else is made, or copied from a device. A call is one submission of up to 2^21 rays (2^18 on
-    /// lavapipe); with View::cancel it is divided if it takes more than some tens of milliseconds.
-    /// Each pixel has the bits of the view's own image. View::cancel and progress of the first view
-    /// count. Without views nothing happens. Throws what render() of each view does; bad_argument
-    /// for different sizes, several samples, other Rays than primary, other Shading than plain, and
+    /// Renders views of one size together into the channels that `stack` has arrays for; nothing
+    /// else is made, or copied from a device. Each pixel has the bits of the view's own image. A
+    /// call is one submission of up to 2^21 rays (2^18 on lavapipe), which View::cancel divides if
+    /// it takes more than some tens of milliseconds. View::cancel and progress of the first view
+    /// count. There may be no views. Throws what render() of each view does; bad_argument for
+    /// different sizes, several samples, other Rays than primary, other Shading than plain, and
     /// arrays of another size. The arrays then have any values.
     ///
     /// Memory: a CPU device keeps 64 KiB a thread, or 24 bytes a pixel of a view if it has shaded.
     void render(std::span<const View> views, ImageStack& stack) const;
 
-    /// A scene over the same meshes with a copy of this tree on another device, at the current
-    /// pose. Afterwards both go their own ways. It has the same options, but `cancel` takes the
-    /// place of SceneOptions::cancel. Throws what build() throws.
+    /// A scene over the same meshes at the current pose with a copy of this tree on another device,
+    /// and `cancel` in place of SceneOptions::cancel. Throws what build() throws.
     Scene on(const Device& device, const std::atomic<bool>* cancel = nullptr) const;
 
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;
 
     /// The boxes of the tree at a depth, in the caller's coordinates: at 0 that of the whole scene,
-    /// at 1 those of the root's children, and so on; leaves above the depth are left out. Empty
-    /// below the tree. Reads the tree back from a device, which takes O(n).
+    /// at 1 those of the root's children, and so on, without leaves above; empty below the tree.
+    /// Reads the tree back from a device, which takes O(n).
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
@@ -382,9 +366,8 @@ public:
     /// The bounds at the current pose of all vertices but those that are left out or that no
     /// triangle uses; lower > upper if there are none.
     Box bounds() const;
-    /// Counts edges, but for those of triangles with a vertex that is left out, at the pose at
-    /// which this is first called with these meshes, which takes some 0.5 us a triangle; afterwards
-    /// nothing.
+    /// Counts edges, but for those of triangles with a vertex that is left out, at the pose of the
+    /// first call with these meshes, which takes some 0.5 us a triangle.
     EdgeCounts edge_counts() const;
 
 private:

@@ -86,38 +86,27 @@ void require_rows_of_three(const py::array& array, const std::string& name, cons
 }
 
 /// The numbers of an array that has `columns` of them for each triangle; -1 only if `may_be_none`.
-template <class Index>
-std::vector<std::uint32_t> copy_ids(const py::array& array, const std::string& name,
-                                    std::size_t columns, const char* what, bool may_be_none) {
-    const py::array packed = contiguous(array, alignof(Index));
-    const auto* const from = static_cast<const Index*>(packed.data());
-    std::vector<std::uint32_t> ids(static_cast<std::size_t>(packed.size()));
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-        const bool is_none = may_be_none && from[i] == static_cast<Index>(-1);
-        if (!std::in_range<std::uint32_t>(from[i]) && !is_none)
-            throw Error(ErrorCode::bad_input,
-                        fmt::format("{}: triangle {} has {} {}", name, i / columns, what, from[i]));
-        ids[i] = static_cast<std::uint32_t>(from[i]);
-    }
-    return ids;
-}
-
 std::vector<std::uint32_t> ids_of(const py::array& array, const std::string& name,
                                   std::size_t columns, const char* what, bool may_be_none) {
     if (array.size() == 0) return {};
-    const auto copy = has_dtype<std::uint32_t>(array)   ? &copy_ids<std::uint32_t>
-                      : has_dtype<std::int32_t>(array)  ? &copy_ids<std::int32_t>
-                      : has_dtype<std::int64_t>(array)  ? &copy_ids<std::int64_t>
-                      : has_dtype<std::uint64_t>(array) ? &copy_ids<std::uint64_t>
-                                                        : nullptr;
-    if (copy != nullptr) return copy(array, name, columns, what, may_be_none);
-    const char kind = array.dtype().kind();
-    if (kind != 'i' && kind != 'u')
+    const bool is_signed = array.dtype().kind() == 'i';
+    if (!is_signed && array.dtype().kind() != 'u')
         throw py::type_error(name + ": integers are needed, not " +
                              text_of(array.dtype().attr("str")) + "; astype() makes a copy");
     const py::dtype wide =
-        kind == 'i' ? py::dtype::of<std::int64_t>() : py::dtype::of<std::uint64_t>();
-    return ids_of(array.attr("astype")(wide), name, columns, what, may_be_none);
+        is_signed ? py::dtype::of<std::int64_t>() : py::dtype::of<std::uint64_t>();
+    const py::array packed = array.attr("astype")(wide, "C");
+    const auto* const from = static_cast<const std::uint64_t*>(packed.data());
+    std::vector<std::uint32_t> ids(static_cast<std::size_t>(packed.size()));
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        ids[i] = static_cast<std::uint32_t>(from[i]);
+        if (from[i] == ids[i] || (may_be_none && from[i] == std::uint64_t(-1))) continue;
+        const std::string number = is_signed ? std::to_string(static_cast<std::int64_t>(from[i]))
+                                             : std::to_string(from[i]);
+        throw Error(ErrorCode::bad_input,
+                    fmt::format("{}: triangle {} has {} {}", name, i / columns, what, number));
+    }
+    return ids;
 }
 
 /// Colours of 3 or 4 bytes as numbers; `alpha` is that of those of 3.
@@ -141,7 +130,6 @@ void read(const py::array& array, QueryArray& queries) {
     queries.count = 1;
     for (const py::ssize_t size : queries.shape) queries.count *= static_cast<std::size_t>(size);
     queries.array = contiguous(array);
-    queries.data = static_cast<const float*>(queries.array.data());
 }
 
 bool is_list(const py::object& object) {
@@ -275,7 +263,7 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
         if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
         result.ids = ids_of(ids, name + ": ids", 1, "image", true);
     }
-    const Wrap wrap = parts[3].cast<Wrap>();
+    const Wrap wrap = choice<Wrap>("wrap", parts[3], {"repeat", "clamp"});
     for (TextureView& view : result.views) view.wrap = wrap;
     set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
     return result;
@@ -293,16 +281,23 @@ QueryArray rays_of(const py::object& object, const Point& origin) {
         array = floats_of(array, "rays", origin);
         if (array.ndim() < 1 || (rays.shape.back() != 6 && rays.shape.back() != 8))
             throw_shape(array, "rays", "(N, 6) or (N, 8)");
-        rays.columns = static_cast<std::size_t>(rays.shape.back());
         rays.shape.pop_back();
     }
     read(array, rays);
+    if (rays.array.dtype().kind() != 'f' || array.shape(array.ndim() - 1) == 8) return rays;
+    const auto* from = static_cast<const float*>(rays.array.data());
+    py::array whole(ray_dtype(), rays.shape);
+    for (Ray& ray : std::span(static_cast<Ray*>(whole.mutable_data()), rays.count)) {
+        ray = {.org = {from[0], from[1], from[2]}, .dir = {from[3], from[4], from[5]}};
+        from += 6;
+    }
+    rays.array = whole;
     return rays;
 }
 
 QueryArray query_points_of(const py::object& object, const Point& origin) {
     const py::array array = floats_of(array_of(object, "points", 3), "points", origin);
-    QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
+    QueryArray points{.name = "points", .shape = shape_of(array)};
     if (array.ndim() < 1 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
     points.shape.pop_back();
     read(array, points);
@@ -318,9 +313,8 @@ std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
     const std::string wanted = std::string("the ") + queries.name;
     if (has_dtype(array, hit_dtype()) || is_closest(array)) {
         if (shape_of(array) != shape) throw_shape(array, "excluded", wanted);
-        const QueryArray read = hit_array_of(array);
-        const auto* const hits = reinterpret_cast<const Hit*>(read.data);
-        for (std::size_t i = 0; i < queries.count; ++i) excluded.push_back(hits[i].primitive());
+        const QueryArray hits = hit_array_of(array);
+        for (const Hit& hit : hits.items<Hit>()) excluded.push_back(hit.primitive());
         return excluded;
     }
     shape.push_back(2);
@@ -340,7 +334,7 @@ QueryArray hit_array_of(const py::object& object) {
     } else if (!has_dtype(array, hit_dtype())) {
         throw_dtype(array, "hits", "morphray.hit_dtype or morphray.closest_dtype");
     }
-    QueryArray hits{.name = "hits", .columns = 5, .shape = shape_of(array)};
+    QueryArray hits{.name = "hits", .shape = shape_of(array)};
     read(array, hits);
     return hits;
 }
@@ -374,9 +368,9 @@ py::array results_for(const QueryArray& queries, const py::object& out, const py
         throw py::value_error(
             fmt::format("out: the array must be C-contiguous and aligned to {} bytes", alignment));
     const auto* const begin = static_cast<const char*>(array.data());
-    const auto* const first = reinterpret_cast<const char*>(queries.data);
-    const std::size_t size = queries.count * queries.columns * sizeof(float);
-    if (std::less<>()(begin, first + size) && std::less<>()(first, begin + array.nbytes()))
+    const auto* const first = static_cast<const char*>(queries.array.data());
+    if (std::less<>()(begin, first + queries.array.nbytes()) &&
+        std::less<>()(first, begin + array.nbytes()))
         throw py::value_error(std::string("out: the array shares memory with the ") + queries.name);
     return array;
 }

@@ -51,19 +51,24 @@ struct MeshTextures {
 /// Throws TypeError, ValueError, and Error(bad_input) for an id that is no uint32.
 MeshTextures textures_of(const py::object& textures, const std::string& name);
 
-/// Rays, points or hits of the caller: `columns` floats each, one after the other.
+/// Rays, points or hits of the caller, one after the other.
 struct QueryArray {
     const char* name = "";
     py::array array = {};
-    const float* data = nullptr;
     std::size_t count = 0;
-    std::size_t columns = 8;
     /// The shape of the results.
     std::vector<py::ssize_t> shape;
+
+    /// As Ray, Vec3 or Hit, which are laid out as the floats of the array.
+    template <class Item>
+    std::span<const Item> items() const {
+        return {reinterpret_cast<const Item*>(array.data()), count};
+    }
 };
 
 /// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(): in place if
-/// it is float32, C-contiguous and aligned, and the origin is 0; else copied, less the origin.
+/// it is float32, C-contiguous and aligned, and the origin is 0; else copied, less the origin, and
+/// so are those of shape (..., 6).
 QueryArray rays_of(const py::object& rays, const Point& origin);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points, const Point& origin);

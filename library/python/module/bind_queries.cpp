@@ -12,7 +12,25 @@ namespace {
 using py::arg;
 using Flag = std::atomic<bool>;
 
-/// The keywords that all queries have, and the options of rays.
+/// "none", "sort", or the width of an image.
+Coherence coherence_of(const py::object& coherence) {
+    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
+    if (!py::isinstance<py::str>(coherence))
+        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
+    const std::string name = py::str(coherence);
+    if (name == "none") return Coherence::none();
+    if (name == "sort") return Coherence::sort();
+    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
+}
+
+Crossing crossing_named(const py::object& crossing) {
+    return choice<Crossing>("crossing", crossing, {"once", "each", "owner"});
+}
+FillRule rule_named(const py::object& rule) {
+    return choice<FillRule>("rule", rule, {"nonzero", "odd"});
+}
+
+/// The keywords that all queries have, and the coherence of rays.
 struct QueryKeywords {
     const py::object& visible;
     const py::object& excluded;
@@ -21,72 +39,31 @@ struct QueryKeywords {
     Coherence coherence = {};
 };
 
-/// Makes options, and keeps the arrays that they refer to.
-struct QuerySettings {
-    const QueryKeywords& keywords;
-    const QueryArray& queries;
-    std::optional<std::vector<std::uint8_t>> visible = visible_of(keywords.visible);
-    std::optional<std::vector<Primitive>> excluded = excluded_of(keywords.excluded, queries);
-
-    /// The options of the queries [first, first + count).
-    QueryOptions of(std::size_t first, std::size_t count, const Flag* cancelled) const {
-        QueryOptions options{.coherence = keywords.coherence, .threads = keywords.threads};
-        if (visible) options.visible = *visible;
-        if (excluded) options.excluded = std::span(*excluded).subspan(first, count);
+/// Calls `work(scene, items, options)` with the rays or points of an array.
+template <class Item, class Work>
+void ask(PyScene& scene, const QueryArray& queries, const QueryKeywords& keywords, Work work) {
+    const auto visible = visible_of(keywords.visible);
+    const auto excluded = excluded_of(keywords.excluded, queries);
+    QueryOptions options{.coherence = keywords.coherence, .threads = keywords.threads};
+    if (visible) options.visible = *visible;
+    if (excluded) options.excluded = *excluded;
+    scene.query(queries.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
         options.cancel = cancelled;
-        return options;
-    }
-};
-
-/// Calls `work(scene, first, rays, options)` for batches of rays from `first` on.
-template <class Work>
-void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
-              bool in_one_batch, Work work) {
-    const QuerySettings settings{keywords, rays};
-    // In one batch errors of `excluded` have the number of the ray.
-    const std::size_t size =
-        in_one_batch || settings.excluded ? rays.count : batch_size(rays, keywords.coherence);
-    scene.query(rays.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
-        for_each_batch(rays, size, [&](std::size_t first, std::span<const Ray> batch) {
-            work(asked, first, batch, settings.of(first, batch.size(), cancelled));
-        });
+        work(asked, queries.items<Item>(), options);
     });
 }
 
-/// One result a query, written as `Written`, which has the size of the dtype.
-template <class Written>
-std::span<Written> span_of(py::array& results, const QueryArray& queries) {
-    assert(results.itemsize() == sizeof(Written));
-    return {static_cast<Written*>(results.mutable_data()), queries.count};
-}
-
-/// Calls `work(scene, rays, results, options)` for batches of rays.
-template <class Written, class Work>
-py::array answer_rays(PyScene& scene, const py::object& given, const py::object& out,
-                      const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
-    const QueryArray rays = rays_of(given, scene.scene().origin());
-    py::array array = results_for(rays, out, dtype);
-    const auto results = span_of<Written>(array, rays);
-    ask_rays(scene, rays, keywords, false,
-             [&](const Scene& asked, std::size_t first, std::span<const Ray> batch,
-                 const QueryOptions& options) {
-                 work(asked, batch, results.subspan(first, batch.size()), options);
-             });
-    return array;
-}
-
-/// Calls `work(scene, points, results, options)`.
-template <class Written, class Work>
-py::array answer_points(PyScene& scene, const py::object& given, const py::object& out,
-                        const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
-    const QueryArray points = query_points_of(given, scene.scene().origin());
-    const std::span where(reinterpret_cast<const Vec3*>(points.data), points.count);
-    const QuerySettings settings{keywords, points};
-    py::array array = results_for(points, out, dtype);
-    const auto results = span_of<Written>(array, points);
-    scene.query(points.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
-        work(asked, where, results, settings.of(0, points.count, cancelled));
-    });
+/// Calls `work(scene, items, results, options)`. `Written` has the size of the dtype.
+template <class Item, class Written, class Work>
+py::array answer(PyScene& scene, const QueryArray& queries, const py::object& out,
+                 const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
+    py::array array = results_for(queries, out, dtype);
+    assert(array.itemsize() == sizeof(Written));
+    const std::span results(static_cast<Written*>(array.mutable_data()), queries.count);
+    ask<Item>(scene, queries, keywords,
+              [&](const Scene& asked, std::span<const Item> items, const QueryOptions& options) {
+                  work(asked, items, results, options);
+              });
     return array;
 }
 
@@ -104,12 +81,12 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
 /// Calls intersect() if an answer is a Hit, and occluded() otherwise.
 template <class Answer>
 py::array trace(PyScene& scene, QueryKeywords keywords, const py::object& rays,
-                const py::object& out, Coherence coherence) {
+                const py::object& out, const py::object& coherence) {
     constexpr bool kIsHit = std::is_same_v<Answer, Hit>;
-    keywords.coherence = coherence;
-    return answer_rays<Answer>(
-        scene, rays, out, kIsHit ? hit_dtype() : py::dtype::of<bool>(), keywords,
-        [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
+    keywords.coherence = coherence_of(coherence);
+    return answer<Ray, Answer>(
+        scene, rays_of(rays, scene.origin()), out, kIsHit ? hit_dtype() : py::dtype::of<bool>(),
+        keywords, [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
             if constexpr (kIsHit) {
                 asked.intersect(batch, answers, options);
             } else {
@@ -119,14 +96,13 @@ py::array trace(PyScene& scene, QueryKeywords keywords, const py::object& rays,
 }
 
 py::object intersect_all(PyScene& scene, QueryKeywords keywords, const py::object& rays,
-                         Crossing crossing, const py::object& max_hits) {
-    AllHitsOptions all_options{.crossing = crossing};
+                         const py::object& crossing, const py::object& max_hits) {
+    AllHitsOptions all_options{.crossing = crossing_named(crossing)};
     if (!max_hits.is_none())
         all_options.max_hits = value_of<std::uint32_t>(max_hits, "max_hits: a count below 2^32");
     AllHits all;
-    // One batch: the answer takes as much memory as converted rays.
-    ask_rays(scene, rays_of(rays, scene.scene().origin()), keywords, true,
-             [&](const Scene& asked, std::size_t, auto batch, const QueryOptions& options) {
+    ask<Ray>(scene, rays_of(rays, scene.origin()), keywords,
+             [&](const Scene& asked, auto batch, const QueryOptions& options) {
                  all = asked.intersect_all(batch, all_options, options);
              });
     const py::dtype numbers = py::dtype::of<std::int64_t>();
@@ -137,12 +113,13 @@ py::object intersect_all(PyScene& scene, QueryKeywords keywords, const py::objec
 }
 
 py::array count(PyScene& scene, QueryKeywords keywords, const py::object& rays,
-                const py::object& out, Crossing crossing, Coherence coherence) {
-    keywords.coherence = coherence;
-    return answer_rays<std::uint64_t>(
-        scene, rays, out, py::dtype::of<std::int64_t>(), keywords,
+                const py::object& out, const py::object& crossing, const py::object& coherence) {
+    const Crossing rule = crossing_named(crossing);
+    keywords.coherence = coherence_of(coherence);
+    return answer<Ray, std::uint64_t>(
+        scene, rays_of(rays, scene.origin()), out, py::dtype::of<std::int64_t>(), keywords,
         [&](const Scene& asked, auto batch, auto counts, const QueryOptions& options) {
-            asked.count(batch, counts, crossing, options);
+            asked.count(batch, counts, rule, options);
         });
 }
 
@@ -152,30 +129,31 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
     std::vector<py::ssize_t> shape = array.shape;
     shape.push_back(3);
     py::array_t<float> normals(shape);
-    const std::span of(reinterpret_cast<const Hit*>(array.data), array.count);
     const std::span results(reinterpret_cast<Vec3*>(normals.mutable_data()), array.count);
-    scene.query(array.count, nullptr,
-                [&](const Scene& asked, const Flag*) { asked.normals(of, results, is_smooth); });
+    scene.query(array.count, nullptr, [&](const Scene& asked, const Flag*) {
+        asked.normals(array.items<Hit>(), results, is_smooth);
+    });
     return normals;
 }
 
 py::array winding(PyScene& scene, QueryKeywords keywords, const py::object& points,
                   const py::object& out) {
     scene.warn_if_open({});
-    return answer_points<std::int32_t>(
-        scene, points, out, py::dtype::of<std::int32_t>(), keywords,
-        [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
+    return answer<Vec3, std::int32_t>(
+        scene, query_points_of(points, scene.origin()), out, py::dtype::of<std::int32_t>(),
+        keywords, [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
             asked.winding(where, windings, options);
         });
 }
 
 py::array contains(PyScene& scene, QueryKeywords keywords, const py::object& points,
-                   const py::object& out, FillRule rule) {
-    scene.warn_if_open(rule);
-    return answer_points<std::uint8_t>(
-        scene, points, out, py::dtype::of<bool>(), keywords,
+                   const py::object& out, const py::object& rule) {
+    const FillRule fill = rule_named(rule);
+    scene.warn_if_open(fill);
+    return answer<Vec3, std::uint8_t>(
+        scene, query_points_of(points, scene.origin()), out, py::dtype::of<bool>(), keywords,
         [&](const Scene& asked, auto where, auto inside, const QueryOptions& options) {
-            asked.contains(where, inside, rule, options);
+            asked.contains(where, inside, fill, options);
         });
 }
 
@@ -201,11 +179,11 @@ py::array from_world(const py::array& closest, const Point& origin, const py::ob
 py::array closest_points(PyScene& scene, QueryKeywords keywords, const py::object& points,
                          const py::object& max_distance, const py::object& out) {
     const float most = distance_of(max_distance);
-    const Point& origin = scene.scene().origin();
+    const Point& origin = scene.origin();
     const bool is_far = origin != Point{};
-    const py::array found = answer_points<ClosestPoint>(
-        scene, points, is_far ? py::none() : out, closest_dtype(), keywords,
-        [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
+    const py::array found = answer<Vec3, ClosestPoint>(
+        scene, query_points_of(points, scene.origin()), is_far ? py::none() : out, closest_dtype(),
+        keywords, [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
             asked.closest_points(where, closest, most, options);
             // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
             static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
@@ -217,13 +195,15 @@ py::array closest_points(PyScene& scene, QueryKeywords keywords, const py::objec
 }
 
 py::array signed_distance(PyScene& scene, QueryKeywords keywords, const py::object& points,
-                          const py::object& out, FillRule rule, const py::object& max_distance) {
+                          const py::object& out, const py::object& rule,
+                          const py::object& max_distance) {
+    const FillRule fill = rule_named(rule);
     const float most = distance_of(max_distance);
-    scene.warn_if_open(rule);
-    return answer_points<float>(
-        scene, points, out, py::dtype::of<float>(), keywords,
+    scene.warn_if_open(fill);
+    return answer<Vec3, float>(
+        scene, query_points_of(points, scene.origin()), out, py::dtype::of<float>(), keywords,
         [&](const Scene& asked, auto where, auto distances, const QueryOptions& options) {
-            asked.signed_distance(where, distances, rule, most, options);
+            asked.signed_distance(where, distances, fill, most, options);
         });
 }
 
@@ -236,8 +216,9 @@ void def_query(py::class_<PyScene>& scene_class, const char* name,
     scene_class.def(
         name,
         [query](PyScene& scene, Arguments... arguments, const py::object& visible,
-                const py::object& excluded, Threads threads, Cancel* cancel) {
-            return query(scene, {visible, excluded, threads, cancel}, arguments...);
+                const py::object& excluded, const py::object& threads, Cancel* cancel) {
+            const auto named = choice<Threads>("threads", threads, {"all", "calling"});
+            return query(scene, {visible, excluded, named, cancel}, arguments...);
         },
         doc, names..., arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
         arg("cancel") = none);

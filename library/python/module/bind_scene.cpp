@@ -97,24 +97,26 @@ Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_
 
 Image render(PyScene& scene, const py::object& size, const py::object& eye,
              const py::object& target, const py::object& up, const py::object& fov,
-             const py::object& light, Rays rays, std::uint32_t ao_count, double ao_distance,
-             Shading shading, std::uint32_t samples, bool flat, Cancel* cancel) {
+             const py::object& light, const py::object& rays, std::uint32_t ao_count,
+             double ao_distance, const py::object& shading, std::uint32_t samples, bool flat,
+             Cancel* cancel) {
     using MaybePoint = std::optional<Point>;
     const auto [width, height] = value_of<std::pair<std::uint32_t, std::uint32_t>>(
         size, "size: two whole numbers (width, height)");
-    View view{.eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
-              .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
-              .up = value_of<Point>(up, "up: three numbers"),
-              .fov = value_of<double>(fov, "fov: a number of degrees"),
-              .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
-              .width = width,
-              .height = height,
-              .rays = rays,
-              .shading = shading,
-              .samples = samples,
-              .flat = flat,
-              .ao_count = ao_count,
-              .ao_distance = ao_distance};
+    View view{
+        .eye = value_of<MaybePoint>(eye, "eye: three numbers, or None,"),
+        .target = value_of<MaybePoint>(target, "target: three numbers, or None,"),
+        .up = value_of<Point>(up, "up: three numbers"),
+        .fov = value_of<double>(fov, "fov: a number of degrees"),
+        .light = value_of<MaybePoint>(light, "light: three numbers, or None,"),
+        .width = width,
+        .height = height,
+        .rays = choice<Rays>("rays", rays, {"primary", "shadow", "ao"}),
+        .shading = choice<Shading>("shading", shading, {"plain", "lit", "normal", "depth", "prim"}),
+        .samples = samples,
+        .flat = flat,
+        .ao_count = ao_count,
+        .ao_distance = ao_distance};
     Image image;
     const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
     scene.query(rays_of_image, cancel,
@@ -214,10 +216,7 @@ Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& ray
     first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
         std::shared_lock<std::shared_mutex> lock;
         if (&first != &second) lock = second.query_lock();
-        // One batch: the hits of both take more memory than converted rays.
-        for_each_batch(rays, rays.count, [&](std::size_t, std::span<const Ray> batch) {
-            result = compare(a, second.scene(), batch, keep, {.cancel = cancelled});
-        });
+        result = compare(a, second.scene(), rays.items<Ray>(), keep, {.cancel = cancelled});
     });
     return result;
 }
@@ -227,8 +226,7 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
     if (py::isinstance<PyScene>(first) && py::isinstance<PyScene>(second)) {
         if (rays.is_none()) throw py::type_error("compare: two scenes need rays to compare");
         PyScene& scene = first.cast<PyScene&>();
-        return compare_scenes(scene, second.cast<PyScene&>(), rays_of(rays, scene.scene().origin()),
-                              keep);
+        return compare_scenes(scene, second.cast<PyScene&>(), rays_of(rays, scene.origin()), keep);
     }
     if (py::isinstance<Image>(first) && py::isinstance<Image>(second)) {
         if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
@@ -283,10 +281,7 @@ t is the depth along the viewing direction. Several samples a pixel are a square
                 write_png(file.string(), image);
             },
             "Writes a PNG file, as a whole or not at all. Raises ValueError for another format.",
-            arg("path"))
-        .def("__repr__", [](const Image& image) {
-            return fmt::format("<morphray.Image {}x{}>", image.width, image.height);
-        });
+            arg("path"));
 
     py::class_<Comparison>(
         module, "Comparison",
@@ -298,11 +293,7 @@ t is the depth along the viewing direction. Several samples a pixel are a square
             "differences", &differences_of,
             "The first ones that differ, with the fields index, first and second (hit_dtype).")
         .def("__bool__", [](const Comparison& comparison) { return !comparison.equal(); })
-        .def("__str__", &describe)
-        .def("__repr__", [](const Comparison& comparison) {
-            return fmt::format("<morphray.Comparison {} of {} differ>", comparison.different,
-                               comparison.compared);
-        });
+        .def("__str__", &describe);
     module.def(
         "compare", &compare_any,
         R"(Compares two scenes by tracing rays in both, or two images by hits, occlusion and pixels.
@@ -331,10 +322,7 @@ void bind_update(py::module_& module) {
         .def_readonly("refit_ms", &Update::refit_ms)
         .def_readonly("decide_ms", &Update::decide_ms, "Finding the cost ratio, and deciding.")
         .def_readonly("restructure_ms", &Update::restructure_ms)
-        .def_readonly("rebuild_ms", &Update::rebuild_ms)
-        .def("__repr__", [](const Update& update) {
-            return fmt::format("<morphray.Update {}: {}>", to_string(update.step), update.reason);
-        });
+        .def_readonly("rebuild_ms", &Update::rebuild_ms);
     py::class_<LeftOut>(
         module, "LeftOut",
         "Points of a mesh whose triangles are not hit at this pose, and such triangles.")
@@ -343,12 +331,7 @@ void bind_update(py::module_& module) {
         .def_readonly("too_far", &LeftOut::too_far,
                       "Outside the bounds, and 2^37 times as far from the origin as most.")
         .def_readonly("too_small", &LeftOut::too_small,
-                      "Triangles whose area is lost in the steps of 2^-60 of the scene's size.")
-        .def("__repr__", [](const LeftOut& mesh) {
-            return fmt::format(
-                "<morphray.LeftOut mesh {}: {} not finite, {} too far, {} too small>", mesh.geom_id,
-                mesh.not_finite, mesh.too_far, mesh.too_small);
-        });
+                      "Triangles whose area is lost in the steps of 2^-60 of the scene's size.");
     py::class_<EdgeCounts>(module, "EdgeCounts", "Of Scene.edge_counts().")
         .def_readonly("open", &EdgeCounts::open, "Edges of one triangle.")
         .def_readonly("shared", &EdgeCounts::shared, "Edges of more than two triangles.")
@@ -360,11 +343,7 @@ void bind_update(py::module_& module) {
                       "Triangles of which another has the same places in the opposite direction.")
         .def_property_readonly(
             "is_closed", [](const EdgeCounts& edges) { return edges.is_closed(); },
-            "True if inside and winding are those of a solid.")
-        .def("__repr__", [](const EdgeCounts& edges) {
-            return fmt::format("<morphray.EdgeCounts {} open, {} shared, {} turned, {} twins>",
-                               edges.open, edges.shared, edges.turned, edges.twins);
-        });
+            "True if insides and signs of distances are those of a solid.");
     py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
         .def_readonly("sah_cost", &TreeStatistics::sah_cost,
                       "Expected visits of nodes and tests of triangles of a random ray.")
@@ -373,11 +352,7 @@ void bind_update(py::module_& module) {
         .def_readonly("depth", &TreeStatistics::depth)
         .def_readonly("bytes", &TreeStatistics::bytes)
         .def_readonly("hash", &TreeStatistics::hash,
-                      "XXH3 (64 bits) of nodes and leaves: the same on every device.")
-        .def("__repr__", [](const TreeStatistics& tree) {
-            return fmt::format("<morphray.TreeStatistics {} nodes, {} leaves>", tree.node_count,
-                               tree.leaf_count);
-        });
+                      "XXH3 (64 bits) of nodes and leaves: the same on every device.");
 }
 
 }  // namespace
@@ -528,8 +503,7 @@ Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
                                "(lower, upper), two (3,) float64, of the finite points; lower > "
                                "upper without any.")
         .def_property_readonly(
-            "origin",
-            [](PyScene& scene) { return py::array_t<double>(3, scene.scene().origin().data()); },
+            "origin", [](PyScene& scene) { return py::array_t<double>(3, scene.origin().data()); },
             "(3,) float64: what is subtracted from points and rays before they are rounded.")
         .def_property_readonly("triangle_count", reading(&Scene::triangle_count))
         .def_property_readonly("vertex_count", reading(&Scene::vertex_count))

@@ -69,23 +69,21 @@ void bind_errors(py::module_& module) {
 }
 
 void bind_devices(py::module_& module) {
+    const auto host = [](Device (*make)(const CpuOptions&)) {
+        return [make](int threads, const std::string& simd) { return make({threads, simd}); };
+    };
     py::class_<Device>(
         module, "Device",
         R"(Where scenes live and rays are traced. Made by cpu(), vulkan() or brute_force().
 
 Threads may use a device at the same time, for any number of scenes. Scenes that share a Device of
 Vulkan start it once; the string "vulkan" starts another one.)")
-        .def_static(
-            "cpu",
-            [](int threads, const std::string& simd) {
-                return Device::cpu({.threads = threads, .simd = simd});
-            },
-            py::call_guard<GilRelease>(),
-            R"(The processors of this machine. Results do not depend on the arguments.
+        .def_static("cpu", host(&Device::cpu), py::call_guard<GilRelease>(),
+                    R"(The processors of this machine. Results do not depend on the arguments.
 
 threads: 0 is one for each processor
 simd:    an instruction set of simd_targets(), "" for the best one, "off" for portable code)",
-            arg("threads") = 0, arg("simd") = "")
+                    arg("threads") = 0, arg("simd") = "")
         .def_static(
             "vulkan",
             [](const std::string& device, bool validate) {
@@ -98,13 +96,8 @@ device:   an index of vulkan_devices(), a part of the name of one device, or a U
           usable device, discrete before integrated, virtual, CPU
 validate: enable the Khronos validation layer)",
             arg("device") = "", arg("validate") = false)
-        .def_static(
-            "brute_force",
-            [](int threads, const std::string& simd) {
-                return Device::brute_force({.threads = threads, .simd = simd});
-            },
-            py::call_guard<GilRelease>(), "Tests every triangle for every ray.", arg("threads") = 0,
-            arg("simd") = "")
+        .def_static("brute_force", host(&Device::brute_force), py::call_guard<GilRelease>(),
+                    "Tests every triangle for every ray.", arg("threads") = 0, arg("simd") = "")
         .def_property_readonly("name", &Device::name, R"("cpu", "vulkan" or "brute".)")
         .def_property_readonly("description", &Device::description,
                                "For people: instruction set and threads, or name and driver.")
@@ -126,11 +119,7 @@ it covers.)")
         .def_readonly("uuid", &VulkanDeviceInfo::uuid)
         .def_readonly("memory_bytes", &VulkanDeviceInfo::memory_bytes)
         .def_readonly("unusable", &VulkanDeviceInfo::unusable,
-                      R"("" if Device.vulkan() can use the device; otherwise what it lacks.)")
-        .def("__repr__", [](const VulkanDeviceInfo& info) {
-            return fmt::format("<morphray.VulkanDeviceInfo {}: {}{}{}>", info.index, info.name,
-                               info.unusable.empty() ? "" : ", unusable: ", info.unusable);
-        });
+                      R"("" if Device.vulkan() can use the device; otherwise what it lacks.)");
 
     module.def("vulkan_devices", &vulkan_devices, py::call_guard<GilRelease>(),
                "A list of VulkanDeviceInfo. Raises Error \"unavailable\".");
@@ -164,23 +153,13 @@ void throw_choice(const std::string& argument, const std::string& value,
     throw py::value_error(fmt::format("{}: \"{}\" is none of {}", argument, value, choices));
 }
 
-int Choices::find(const py::handle& value) const {
+int find_choice(const std::string& argument, const py::object& value,
+                std::initializer_list<const char*> names) {
     const std::string text = py::str(value);
-    const std::span given(names.begin(), std::ranges::find(names, nullptr));
-    const auto found = std::ranges::find(given, text);
-    if (found == given.end())
-        throw_choice(argument, text, fmt::format("\"{}\"", fmt::join(given, "\", \"")));
-    return static_cast<int>(found - given.begin());
-}
-
-Coherence coherence_of(const py::handle& coherence) {
-    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
-    if (!py::isinstance<py::str>(coherence))
-        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
-    const std::string name = py::str(coherence);
-    if (name == "none") return Coherence::none();
-    if (name == "sort") return Coherence::sort();
-    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
+    const auto* const found = std::ranges::find(names, text);
+    if (found == names.end())
+        throw_choice(argument, text, fmt::format("\"{}\"", fmt::join(names, "\", \"")));
+    return static_cast<int>(found - names.begin());
 }
 
 }  // namespace morphray::python

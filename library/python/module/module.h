@@ -70,7 +70,7 @@ void bind_queries(py::class_<PyScene>& scene_class);
 
 /// Throws TypeError "`wanted` is needed, not ..." for what is no Value.
 template <class Value>
-Value value_of(const py::handle& object, const char* wanted) {
+Value value_of(const py::object& object, const char* wanted) {
     try {
         return object.cast<Value>();
     } catch (const py::cast_error&) {
@@ -81,54 +81,13 @@ Value value_of(const py::handle& object, const char* wanted) {
 
 [[noreturn]] void throw_choice(const std::string& argument, const std::string& value,
                                const std::string& choices);
-
-/// The argument that takes values of an enumeration, and their names in order.
-struct Choices {
-    const char* argument = nullptr;
-    std::array<const char*, 5> names = {};
-
-    /// The number of the value that is named. Throws ValueError for another one.
-    int find(const py::handle& value) const;
-};
+int find_choice(const std::string& argument, const py::object& value,
+                std::initializer_list<const char*> names);
+/// The value of an enumeration whose names are given in order. Throws ValueError for another one.
 template <class Value>
-inline constexpr Choices kChoices = {};
-template <>
-inline constexpr Choices kChoices<Crossing> = {"crossing", {"once", "each", "owner"}};
-template <>
-inline constexpr Choices kChoices<FillRule> = {"rule", {"nonzero", "odd"}};
-template <>
-inline constexpr Choices kChoices<Threads> = {"threads", {"all", "calling"}};
-template <>
-inline constexpr Choices kChoices<Rays> = {"rays", {"primary", "shadow", "ao"}};
-template <>
-inline constexpr Choices kChoices<Shading> = {"shading",
-                                              {"plain", "lit", "normal", "depth", "prim"}};
-template <>
-inline constexpr Choices kChoices<Wrap> = {"wrap", {"repeat", "clamp"}};
-
-/// "none", "sort", or the width of an image. Throws TypeError, ValueError.
-Coherence coherence_of(const py::handle& coherence);
+Value choice(const std::string& argument, const py::object& value,
+             std::initializer_list<const char*> names) {
+    return static_cast<Value>(find_choice(argument, value, names));
+}
 
 }  // namespace morphray::python
-
-namespace pybind11::detail {
-
-template <class Value>
-struct type_caster<Value, enable_if_t<morphray::python::kChoices<Value>.argument != nullptr>> {
-    PYBIND11_TYPE_CASTER(Value, const_name("str"));
-    bool load(handle from, bool) {
-        value = static_cast<Value>(morphray::python::kChoices<Value>.find(from));
-        return true;
-    }
-};
-
-template <>
-struct type_caster<morphray::Coherence> {
-    PYBIND11_TYPE_CASTER(morphray::Coherence, const_name("Union[str, int]"));
-    bool load(handle from, bool) {
-        value = morphray::python::coherence_of(from);
-        return true;
-    }
-};
-
-}  // namespace pybind11::detail

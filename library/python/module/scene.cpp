@@ -9,8 +9,6 @@
 namespace morphray::python {
 namespace {
 
-// Rays that are converted and traced together.
-constexpr std::size_t kBatch = std::size_t{1} << 16;
 // Below both limits queries take milliseconds. A handler of SIGINT takes tens of rays to set.
 constexpr std::size_t kManyRays = std::size_t{1} << 14;
 constexpr std::uint64_t kManyTests = std::uint64_t{1} << 24;
@@ -78,34 +76,6 @@ Lock locked(Lock lock) {
 
 }  // namespace
 
-std::size_t batch_size(const QueryArray& rays, Coherence coherence) {
-    if (rays.columns == 8) return rays.count;
-    const std::size_t rows = 8 * std::max<std::size_t>(coherence.width, 1);
-    return std::max(kBatch / rows, std::size_t{1}) * rows;
-}
-
-void for_each_batch(const QueryArray& rays, std::size_t batch_size,
-                    const std::function<void(std::size_t, std::span<const Ray>)>& work) {
-    std::vector<Ray> converted;
-    std::size_t first = 0;
-    do {
-        const std::size_t count = std::min(batch_size, rays.count - first);
-        const float* from = rays.data + first * rays.columns;
-        if (rays.columns == 8) {
-            // Ray is laid out as eight floats.
-            work(first, std::span(reinterpret_cast<const Ray*>(from), count));
-        } else {
-            converted.resize(count);
-            for (Ray& ray : converted) {
-                ray = {.org = {from[0], from[1], from[2]}, .dir = {from[3], from[4], from[5]}};
-                from += 6;
-            }
-            work(first, std::span<const Ray>(converted));
-        }
-        first += count;
-    } while (first < rays.count);
-}
-
 BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool deforms,
                     const py::object& albedo, const py::object& textures,
                     const std::string& place) {
@@ -136,26 +106,7 @@ PyScene::PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
     });
     for (const BorrowedMesh& mesh : meshes)
         points_.emplace(static_cast<std::uint32_t>(points_.size()), mesh.points);
-    next_points_ = points_;
     warn_of_points(scene_->last_update());
-}
-
-void PyScene::choose_origin() {
-    if (!empty_options_ || waiting_.empty()) return;
-    SceneOptions options = *std::exchange(empty_options_, std::nullopt);
-    options.origin = find_origin(waiting_.begin()->second.positions);
-    const auto waiting = std::exchange(waiting_, {});
-    if (options.origin == Point{}) return;
-    Scene scene = Scene::build(std::span<const MeshView>(), scene_->device(), options);
-    // Meshes get the lowest free geom_id, so gaps are filled for a while.
-    const std::uint32_t last = waiting.rbegin()->first;
-    for (std::uint32_t id = 0; id <= last; ++id) {
-        const auto mesh = waiting.find(id);
-        scene.attach(mesh == waiting.end() ? MeshView{} : mesh->second.view());
-    }
-    for (std::uint32_t id = 0; id <= last; ++id)
-        if (!waiting.contains(id)) scene.detach(id);
-    scene_ = std::move(scene);
 }
 
 void PyScene::warn_if_open(std::optional<FillRule> rule) {
@@ -166,8 +117,8 @@ void PyScene::warn_if_open(std::optional<FillRule> rule) {
     const EdgeCounts edges = read([](const Scene& scene) { return scene.edge_counts(); });
     if (edges.is_closed(by) && edges.twins == 0) return;
     warn(fmt::format(
-        "edges: {} open, {} of more than two triangles, {} turned{}; inside, winding and "
-        "signs of distances need closed meshes{}",
+        "edges: {} open, {} of more than two triangles, {} turned{}; insides and signs of "
+        "distances need closed meshes{}",
         edges.open, edges.shared, edges.turned,
         edges.twins == 0 ? "" : fmt::format(", {} twins", edges.twins),
         by == FillRule::nonzero && edges.is_closed(FillRule::odd) && edges.twins == 0
@@ -223,11 +174,9 @@ std::unique_lock<std::shared_mutex> PyScene::change_lock() {
 
 Update PyScene::update(bool takes_bounds) {
     const std::unique_lock lock = change_lock();
-    std::map<std::uint32_t, py::array> points = next_points_;
-    choose_origin();
     return run_change(
         [&] { return takes_bounds ? scene_->update_with_new_bounds() : scene_->update(); },
-        [&] { points_.swap(points); });
+        [&] { detached_points_.clear(); });
 }
 
 Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count) {
@@ -246,10 +195,7 @@ Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
     const Positions positions = positions_of(array, "points");
     const std::unique_lock lock = change_lock();
     return run_change([&] { return scene_->update(geom_id, positions); },
-                      [&] {
-                          points_.insert_or_assign(geom_id, array);
-                          next_points_.insert_or_assign(geom_id, array);
-                      });
+                      [&] { points_.insert_or_assign(geom_id, array); });
 }
 
 Update PyScene::update(const std::vector<MeshPose>& poses) {
@@ -261,20 +207,24 @@ std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
     const std::unique_lock lock = change_lock();
     const std::uint32_t geom_id = [&] {
         const GilRelease release;
-        return scene_->attach(mesh.view());
+        if (!empty_options_) return scene_->attach(mesh.view());
+        empty_options_->origin = find_origin(mesh.positions);
+        Scene scene = Scene::build(std::span<const MeshView>(), device(), *empty_options_);
+        const std::uint32_t first = scene.attach(mesh.view());
+        scene_ = std::move(scene);
+        empty_options_.reset();
+        return first;
     }();
-    next_points_.insert_or_assign(geom_id, mesh.points);
+    points_.insert_or_assign(geom_id, mesh.points);
     warned_of_left_out_.erase(geom_id);
     for (std::atomic<bool>& has_checked : has_checked_edges_) has_checked = false;
-    if (empty_options_) waiting_.insert_or_assign(geom_id, mesh);
     return geom_id;
 }
 
 void PyScene::detach(std::uint32_t geom_id) {
     const std::unique_lock lock = change_lock();
     scene_->detach(geom_id);
-    next_points_.erase(geom_id);
-    waiting_.erase(geom_id);
+    detached_points_.push_back(std::move(points_.extract(geom_id).mapped()));
 }
 
 void PyScene::query(std::size_t count, Cancel* cancel,
@@ -293,7 +243,7 @@ std::unique_ptr<PyScene> PyScene::on(const Device& device) {
     const std::shared_lock lock = query_lock();
     std::unique_ptr<PyScene> copy(new PyScene);
     copy->points_ = points_;
-    copy->next_points_ = next_points_;
+    copy->detached_points_ = detached_points_;
     const GilRelease release;
     copy->scene_ = scene_->on(device, &copy->cancel_build_);
     return copy;

@@ -37,16 +37,10 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
                     const py::object& albedo, const py::object& textures,
                     const std::string& place = {});
 
-/// All rays if nothing has to be converted, else whole rows of an image in eights, as tiles are.
-std::size_t batch_size(const QueryArray& rays, Coherence coherence);
-/// Calls `work(first, rays)` for batches; without rays, once: it may have an error to throw.
-void for_each_batch(const QueryArray& rays, std::size_t batch_size,
-                    const std::function<void(std::size_t, std::span<const Ray>)>& work);
-
 /// A scene has queries or one change at a time. Members give up the GIL while they work.
 class PyScene {
 public:
-    /// Without an origin, that of the first mesh is found, in an empty scene by the first update().
+    /// Without an origin, that of the first mesh is found, in an empty scene by the first attach().
     PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
             const SceneOptions& options, const std::optional<Point>& origin);
     ~PyScene();
@@ -78,12 +72,11 @@ public:
     std::shared_lock<std::shared_mutex> query_lock();
     const Scene& scene() const { return *scene_; }
     const Device& device() const { return scene_->device(); }
+    const Point& origin() const { return scene_->origin(); }
 
 private:
     PyScene() = default;
     std::unique_lock<std::shared_mutex> change_lock();
-    /// Gives an empty scene the origin that its first meshes need.
-    void choose_origin();
     /// Runs `change`, which SIGINT ends, then `take_points` with the GIL, and warns.
     Update run_change(const std::function<Update()>& change,
                       const std::function<void()>& take_points = {});
@@ -91,14 +84,13 @@ private:
     /// once a mesh of points that are left out.
     void warn_of_points(const Update& update);
 
-    /// The arrays of points by geom_id, at the last update() and at the next one.
+    /// The arrays of points by geom_id, and those that the scene reads until the next update().
     std::map<std::uint32_t, py::array> points_;
-    std::map<std::uint32_t, py::array> next_points_;
+    std::vector<py::array> detached_points_;
     /// Ends the building of its trees.
     std::atomic<bool> cancel_build_ = false;
     std::optional<Scene> scene_;
-    /// Meshes that wait for the first update() of an empty scene, and what it is made with then.
-    std::map<std::uint32_t, BorrowedMesh> waiting_;
+    /// What an empty scene is made with once the first mesh tells its origin.
     std::optional<SceneOptions> empty_options_;
     bool has_warned_of_rounding_ = false;
     /// By rule. A mesh that is attached is checked, too.

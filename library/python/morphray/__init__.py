@@ -111,6 +111,16 @@ class AllHits(_NamedTuple):
         return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
 
 
+def _repr(result: _Any) -> str:
+    members = {name: getattr(result, name) for name, member in vars(type(result)).items()
+               if isinstance(member, property)}
+    shown = (f"{value} {name}" for name, value in members.items() if not isinstance(value, _np.ndarray))
+    return f"<morphray.{type(result).__name__}: {', '.join(shown)}>"
+
+
+for _value in (Comparison, EdgeCounts, Image, LeftOut, TreeStatistics, Update, VulkanDeviceInfo):
+    setattr(_value, "__repr__", _repr)
+
 # numpy.asarray(image) is the pixels.
 setattr(Image, "__array__", lambda image, dtype=None, copy=None: image.pixels.astype(
     dtype or _np.uint8, copy=bool(copy)))

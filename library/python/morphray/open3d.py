@@ -74,8 +74,8 @@ class RaycastingScene:
 
     nthreads: the threads of the device, 0 for all of the machine
     device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes
-    rule:     which points are inside: "odd" numbers of crossings, as in Open3D, or "nonzero" windings,
-              for which overlapping meshes are one
+    rule:     which points are inside: "odd" numbers of crossings, as in Open3D, or "nonzero", for which
+              overlapping meshes are one
 
     rays are (..., 6) float32, org and dir, and query_points (..., 3) float32. Axes in front are kept in
     the results. nthreads and nsamples of the methods have no effect: inside is exact. Unlike in Open3D,

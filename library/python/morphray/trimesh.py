@@ -78,19 +78,13 @@ def _faces_of(mesh):
 
 def _lower_and_upper(points):
     """The bounds of the finite ones of points; lower > upper if there are none."""
-    # Rows of many points are reduced several times as fast as rows of one.
-    row = 64
-    whole = len(points) // row * row
-    parts = points[:whole].reshape(-1, row * 3), points[whole:]
-    bounds = []
-    for least, start in ((np.minimum, np.inf), (np.maximum, -np.inf)):
-        rows = least.reduce(parts[0], axis=0, initial=start).reshape(row, 3)
-        both = np.concatenate([rows, parts[1]])
-        bounds.append(least.reduce(both, axis=0, initial=start))
-    if np.isfinite(bounds).all():
-        return bounds
-    finite = points[np.isfinite(points).all(axis=1)]
-    return [finite.min(axis=0, initial=np.inf), finite.max(axis=0, initial=-np.inf)]
+    def bounds(rows):
+        # Columns are reduced several times as fast as rows of three.
+        return [np.array([least.reduce(column, initial=start) for column in rows.T])
+                for least, start in ((np.minimum, np.inf), (np.maximum, -np.inf))]
+
+    of_all = bounds(points)
+    return of_all if np.isfinite(of_all).all() else bounds(points[np.isfinite(points).all(axis=1)])
 
 
 def _dot(a, b):

@@ -63,9 +63,5 @@ void rethrow_as_public() {
     }
 }
 
-void throw_bad_argument(const std::string& message) {
-    throw Error(ErrorCode::bad_argument, message);
-}
-
 }  // namespace detail
 }  // namespace morphray

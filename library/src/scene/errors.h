@@ -22,10 +22,14 @@ decltype(auto) with_public_errors(Work&& work) {
     }
 }
 
-[[noreturn]] void throw_bad_argument(const std::string& message);
+template <class... Values>
+[[noreturn]] void throw_error(ErrorCode code, fmt::format_string<Values...> text,
+                              Values&&... values) {
+    throw Error(code, fmt::format(text, std::forward<Values>(values)...));
+}
 template <class... Values>
 [[noreturn]] void throw_bad_argument(fmt::format_string<Values...> text, Values&&... values) {
-    throw_bad_argument(fmt::format(text, std::forward<Values>(values)...));
+    throw_error(ErrorCode::bad_argument, text, std::forward<Values>(values)...);
 }
 
 }  // namespace morphray::detail

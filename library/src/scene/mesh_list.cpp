@@ -1,7 +1,5 @@
 #include "library/src/scene/mesh_list.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "common/base/aligned_vector.h"
@@ -29,14 +27,14 @@ void check_textures(const MeshView& mesh) {
         return;
     }
     if (look.textures.size() > kMostTextures)
-        throw Error(ErrorCode::limit, fmt::format("textures: {}, but at most {} are possible",
-                                                  look.textures.size(), kMostTextures));
+        throw_error(ErrorCode::limit, "textures: {}, but at most {} are possible",
+                    look.textures.size(), kMostTextures);
     for (std::size_t i = 0; i < look.textures.size(); ++i) {
         const TextureView& texture = look.textures[i];
         if (std::max(texture.width, texture.height) > kMaxTextureSide)
-            throw Error(ErrorCode::limit,
-                        fmt::format("texture {}: {}x{} texels; at most {} a side are possible", i,
-                                    texture.width, texture.height, kMaxTextureSide));
+            throw_error(ErrorCode::limit,
+                        "texture {}: {}x{} texels; at most {} a side are possible", i,
+                        texture.width, texture.height, kMaxTextureSide);
         if (texture.texels.empty() ||
             texture.texels.size() != std::size_t{texture.width} * texture.height)
             throw_bad_argument("texture {}: {} texels for a size of {}x{}", i,
@@ -67,20 +65,18 @@ void check(const Positions& positions) {
         throw_bad_argument("positions: a stride of {} bytes; three {} take {}", positions.stride,
                            positions.has_doubles ? "doubles" : "floats", size);
     if (positions.count > kMostVertices)
-        throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
+        throw_error(ErrorCode::limit, "positions: {} are too many", positions.count);
 }
 
 void check(const MeshView& mesh) {
     check(mesh.positions);
     if (mesh.triangles.size() % 3 != 0)
-        throw Error(ErrorCode::bad_input,
-                    fmt::format("triangles: {} indices, which is not a multiple of 3",
-                                mesh.triangles.size()));
+        throw_error(ErrorCode::bad_input, "triangles: {} indices, which is not a multiple of 3",
+                    mesh.triangles.size());
     const Appearance& look = mesh.appearance;
     const std::size_t count = mesh.triangles.size() / 3;
     if (count > mray::kMaxTriangles)
-        throw Error(ErrorCode::limit,
-                    fmt::format("triangles: {}, but at most 2^28 are possible", count));
+        throw_error(ErrorCode::limit, "triangles: {}, but at most 2^28 are possible", count);
     if (!look.albedo.empty() && look.albedo.size() != count)
         throw_bad_argument("albedo: {} colours for {} triangles", look.albedo.size(), count);
     if (!look.smooth.empty() && look.smooth.size() != mesh.triangles.size())
@@ -91,9 +87,8 @@ void check(const MeshView& mesh) {
     for (const std::uint32_t index : mesh.triangles) greatest = std::max(greatest, index);
     for (std::size_t i = 0; i < mesh.triangles.size() && greatest >= mesh.positions.count; ++i) {
         if (mesh.triangles[i] < mesh.positions.count) continue;
-        throw Error(ErrorCode::bad_input,
-                    fmt::format("triangle {} has vertex {}, but there are {} positions", i / 3,
-                                mesh.triangles[i], mesh.positions.count));
+        throw_error(ErrorCode::bad_input, "triangle {} has vertex {}, but there are {} positions",
+                    i / 3, mesh.triangles[i], mesh.positions.count);
     }
     check_textures(mesh);
     if (is_smooth_by_vertex(mesh)) return;
@@ -213,7 +208,6 @@ mray::TopologyChange MeshList::make_changes() {
     for (MeshSlot& slot : slots_) slot.vertex_before = slot.first_vertex;
     for (auto& [id, change] : changes_) slots_[id] = std::move(change.slot);
     mray::TopologyChange difference;
-    std::vector<KeptRange> runs;
     geometry_ids_.clear();
     first_prims_.clear();
     textures_.clear();
@@ -231,7 +225,6 @@ mray::TopologyChange MeshList::make_changes() {
             const mray::IndexRange before{slot.first_prim, slot.first_prim + slot.prim_count};
             const std::uint32_t vertex_shift = vertex - slot.first_vertex;
             renumber(slot, vertex_shift, texture - slot.first_texture);
-            runs.push_back({before.begin, prim, slot.prim_count});
             difference.keep({before, prim - before.begin, vertex_shift});
         } else if (slot.prim_count > 0) {
             difference.added.push_back({prim, prim + slot.prim_count});
@@ -253,11 +246,11 @@ mray::TopologyChange MeshList::make_changes() {
     texcoords_.resize(textured);
     texture_ids_.resize(textured, mray::kNoTexture);
     if (!textures_.empty()) {
-        move_kept(texcoords_, runs, prim);
-        move_kept(texture_ids_, runs, prim);
+        move_kept(texcoords_, difference.kept, prim);
+        move_kept(texture_ids_, difference.kept, prim);
     }
-    move_kept(topology_.triangles, runs, prim);
-    move_kept(topology_.albedo, runs, prim);
+    move_kept(topology_.triangles, difference.kept, prim);
+    move_kept(topology_.albedo, difference.kept, prim);
     for (auto& [id, change] : changes_)
         if (slots_[id].used) write(slots_[id], std::move(change), prim);
     changes_.clear();

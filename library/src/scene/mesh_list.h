@@ -66,27 +66,29 @@ struct MeshSlot {
     }
 };
 
-/// Neighbours in an array that stay when others come and go.
-struct KeptRange {
-    std::size_t before;
-    std::size_t after;
+struct MeshVertices {
+    const MeshSlot* mesh;
+    std::size_t first;
     std::size_t count;
 };
 
-/// Moves runs, which keep their order, in an array that gets `size` elements, or none if no run is
-/// kept.
+/// Moves what triangles have that are kept, in an array that gets `size` elements, or none if no
+/// triangle is kept.
 template <class T>
-void move_kept(std::vector<T>& all, std::span<const KeptRange> runs, std::size_t size) {
-    if (runs.empty()) return all.clear();
+void move_kept(std::vector<T>& all, std::span<const mray::KeptTriangles> kept, std::size_t size) {
+    if (kept.empty()) return all.clear();
     all.resize(std::max(all.size(), size));
-    const auto move = [&](const KeptRange& run) {
-        std::memmove(all.data() + run.after, all.data() + run.before, run.count * sizeof(T));
+    const auto move = [&](const mray::KeptTriangles& run) {
+        const auto [begin, end] = run.before;
+        std::memmove(all.data() + begin + static_cast<std::int32_t>(run.prim_shift),
+                     all.data() + begin, (end - begin) * sizeof(T));
     };
+    const auto goes_down = [](const mray::KeptTriangles& run) { return run.prim_shift >> 31 != 0; };
     // No run is moved over one that has yet to be moved.
-    for (auto run = runs.begin(); run != runs.end(); ++run)
-        if (run->after < run->before) move(*run);
-    for (auto run = runs.rbegin(); run != runs.rend(); ++run)
-        if (run->after > run->before) move(*run);
+    for (const mray::KeptTriangles& run : kept)
+        if (goes_down(run)) move(run);
+    for (const mray::KeptTriangles& run : kept | std::views::reverse)
+        if (!goes_down(run)) move(run);
     all.resize(size);
 }
 
@@ -120,6 +122,13 @@ public:
         return std::ranges::any_of(textures_, [](auto& image) { return image->has_alpha_test(); });
     }
     std::span<const MeshSlot> slots() const { return slots_; }
+    /// All vertices of the meshes whose positions each update reads.
+    std::vector<MeshVertices> deforming_vertices() const {
+        std::vector<MeshVertices> all;
+        for (const MeshSlot& mesh : slots_)
+            if (mesh.follows_positions()) all.push_back({&mesh, 0, mesh.positions.count});
+        return all;
+    }
     /// Null for a geom_id that is free or whose attach() is only collected.
     const MeshSlot* find(std::uint32_t geom_id) const;
 

@@ -11,12 +11,6 @@
 
 namespace morphray::detail {
 
-struct MeshVertices {
-    const MeshSlot* mesh;
-    std::size_t first;
-    std::size_t count;
-};
-
 /// The positions of all meshes, as they were last read, in world space and in scene space, and the
 /// space, which is space_of_pose() of bounds and positions. Vertices that no triangle uses are
 /// kInvalidCoordinate, as if they were not finite.
