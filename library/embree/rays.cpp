@@ -79,13 +79,6 @@ public:
             return (mask & ray_mask) != 0;
         });
     }
-    bool has_filters() const { return has_filters_; }
-    /// The closest hit with a mesh that the mask lets through; `found` is that of all meshes.
-    morphray::Hit seen_hit(const morphray::Hit& found, const morphray::Ray& traced,
-                           unsigned int ray_mask) const {
-        if (!found || committed_.meshes[found.geom_id].sees(ray_mask)) return found;
-        return next(traced, found, ray_mask);
-    }
     /// Prefetches what set_hit() reads of the triangle.
     void prefetch(const morphray::Hit& found) const {
         if (found) __builtin_prefetch(&committed_.meshes[found.geom_id].normals[found.prim_id]);
@@ -264,11 +257,6 @@ void store(const Query& query, const morphray::Hit& found, const Lane& lane) {
 template <Query::Kind kind, class Lane>
 void store_first(const Query& query, const morphray::Hit& found, const morphray::Ray& traced,
                  const Lane& lane) {
-    if (!query.has_filters()) {
-        const morphray::Hit seen = query.seen_hit(found, traced, lane.load().mask);
-        if (seen) store<kind>(query, seen, lane);
-        return;
-    }
     RTCRay ray = lane.load();
     RTCHit hit;
     if (!query.settle(found, traced, ray, hit)) return;

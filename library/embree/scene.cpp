@@ -140,27 +140,16 @@ float similarity_of(const Transform& t) {
     return static_cast<float>(std::sqrt(scale2));
 }
 
-/// The context of an instance's mesh; that of the caller is as before afterwards.
-class InstanceScope {
-public:
-    InstanceScope(const CommittedMesh& mesh, RTCPointQueryContext& context)
-        : context_(context), before_(context) {
-        constexpr RTCFormat kFormat = RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR;
-        write_transform(mesh.to_object, kFormat, context.world2inst[0]);
-        write_transform(mesh.to_world, kFormat, context.inst2world[0]);
-        context.instID[0] = mesh.inst_id;
+void enter_instance(const CommittedMesh& mesh, RTCPointQueryContext& context) {
+    constexpr RTCFormat kFormat = RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR;
+    write_transform(mesh.to_object, kFormat, context.world2inst[0]);
+    write_transform(mesh.to_world, kFormat, context.inst2world[0]);
+    context.instID[0] = mesh.inst_id;
 #if MORPHRAY_EMBREE == 4
-        context.instPrimID[0] = 0;
+    context.instPrimID[0] = 0;
 #endif
-        context.instStackSize = 1;
-    }
-    ~InstanceScope() { context_ = before_; }
-    InstanceScope(const InstanceScope&) = delete;
-
-private:
-    RTCPointQueryContext& context_;
-    const RTCPointQueryContext before_;
-};
+    context.instStackSize = 1;
+}
 
 /// Returns whether a function changed the query. Functions may lower the radius.
 bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
@@ -169,8 +158,8 @@ bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryC
     committed.boxes().visit_near(
         {query.x, query.y, query.z}, query.radius, [&](const PrimBox& box) {
             const CommittedMesh& mesh = committed.meshes[box.mesh];
-            std::optional<InstanceScope> scope;
-            if (mesh.is_instance()) scope.emplace(mesh, context);
+            const RTCPointQueryContext before = context;
+            if (mesh.is_instance()) enter_instance(mesh, context);
             RTCPointQueryFunctionArguments arguments;
             arguments.query = &query;
             arguments.userPtr = user;
@@ -180,6 +169,7 @@ bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryC
             arguments.similarityScale = mesh.is_instance() ? similarity_of(mesh.to_object) : 1.0f;
             for (const RTCPointQueryFunction each : {function, mesh.geometry->point_query})
                 if (each != nullptr) has_changed |= each(&arguments);
+            if (mesh.is_instance()) context = before;
         });
     return has_changed;
 }

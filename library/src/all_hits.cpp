@@ -5,7 +5,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/scene/exact_crossing.h"
-#include "library/src/query_parts.h"
+#include "library/src/query_plan.h"
 
 namespace morphray {
 namespace {
@@ -56,7 +56,7 @@ WholeLists list_uncertain(const RayPart& part, Crossing crossing, std::span<std:
     WholeLists whole;
     for (std::size_t i = 0; i < totals.size(); ++i)
         if (take_border_flag(totals[i], crossing)) whole.places.push_back(i);
-    whole.hits = list_hits(RayPart(part, whole.places), crossing);
+    whole.hits = list_hits(RayPart(part.chosen(whole.places), part.world), crossing);
     for (std::size_t k = 0; k < whole.hits.size(); ++k)
         totals[whole.places[k]] = whole.hits[k].size();
     return whole;

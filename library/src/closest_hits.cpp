@@ -1,6 +1,6 @@
 // What rays hit: closest hits and any hits. Rays become a RayBatch in scene space, or a tile of an
 // image; hits are brought back to world space.
-#include "library/src/query_parts.h"
+#include "library/src/query_plan.h"
 
 namespace morphray {
 namespace {

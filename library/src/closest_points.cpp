@@ -91,7 +91,7 @@ std::vector<float> detail::find_distances(const PointPart& part, float most_d2) 
     std::vector<mray::ClosestTriangle> found(part.size());
     part.ask(mray::ClosestQuery{part.points, most_d2, found});
     std::vector<float> distances(part.size());
-    std::vector<std::size_t> near, near_numbers;
+    std::vector<std::size_t> near;
     float most_near_d2 = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
         const mray::dvec3& p = part.exact[i];
@@ -103,12 +103,11 @@ std::vector<float> detail::find_distances(const PointPart& part, float most_d2) 
             continue;
         }
         near.push_back(i);
-        near_numbers.push_back(part.numbers[i]);
         if (mray::is_within(p)) most_near_d2 = std::max(most_near_d2, found[i].d2);
     }
     if (near.empty()) return distances;
-    const PointPart near_part({part.scene, part.filter, std::move(near_numbers)}, part.world);
-    const std::vector<ClosestPoint> placed = find_places(near_part, most_near_d2);
+    const std::vector<ClosestPoint> placed =
+        find_places(PointPart(part.chosen(near), part.world), most_near_d2);
     for (std::size_t i = 0; i < near.size(); ++i) distances[near[i]] = placed[i].distance;
     return distances;
 }

@@ -2,7 +2,7 @@
 // the place counts, else a ClosestQuery.
 #pragma once
 
-#include "library/src/query_parts.h"
+#include "library/src/query_plan.h"
 
 namespace morphray::detail {
 

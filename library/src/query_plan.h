@@ -1,5 +1,5 @@
 // How the rays and points of a call are divided: among threads, into calls of the tracer, and in
-// which order; and what that costs.
+// which order; what that costs, and the parts in scene space that are asked about together.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -61,17 +61,87 @@ void for_ordered_batches(SceneImpl& scene, std::span<const Ray> rays, const Quer
     });
 }
 
-/// Calls work(first, count), which asks queries of this type, for parts of [0, total): in many
-/// threads, or in this one where calls should be large. Throws mray::Error(kCancelled).
-template <class Query, class Work>
-void for_query_parts(SceneImpl& scene, std::size_t total, QueryFilter& filter, Work work) {
+inline mray::vec3 to_vector(const Vec3& p) { return {p.x, p.y, p.z}; }
+
+struct QueryPart {
+    SceneImpl& scene;
+    const QueryFilter& filter;
+    /// The place of each ray or point in the call.
+    std::vector<std::size_t> numbers;
+
+    std::size_t size() const { return numbers.size(); }
+    mray::Watch watch() const { return filter.watch(); }
+    /// Some of them.
+    QueryPart chosen(std::span<const std::size_t> places) const {
+        QueryPart part{scene, filter, {}};
+        for (const std::size_t place : places) part.numbers.push_back(numbers[place]);
+        return part;
+    }
+    /// Asks a query about them.
+    template <class Query>
+    void ask(const Query& query) const {
+        filter.ask(query, [this](std::size_t i) { return numbers[i]; });
+    }
+};
+
+struct RayPart : QueryPart {
+    /// All rays of the call.
+    std::span<const Ray> world;
+    std::vector<mray::Ray> rays;
+    /// What their t are multiplied by.
+    std::vector<int> t_exponents;
+
+    RayPart(QueryPart part, std::span<const Ray> all);
+};
+
+struct PointPart : QueryPart {
+    /// All points of the call.
+    std::span<const Vec3> world;
+    /// Those that are not finite have is_finite 0 and some place.
+    std::vector<mray::vec3> points;
+    /// Before they were rounded, or brought nearer.
+    std::vector<mray::dvec3> exact;
+    std::vector<std::uint8_t> is_finite;
+
+    PointPart(QueryPart part, std::span<const Vec3> all);
+};
+
+/// Calls work(part), which asks queries of this type about rays or points of a call, for many
+/// parts: in many threads, or in this one where calls should be large. The items of all of them
+/// have the numbers number(i), i < total. Throws mray::Error(kCancelled).
+template <class Part, class Query, class Item, class Number, class Work>
+void for_parts(SceneImpl& scene, std::span<const Item> all, std::size_t total, QueryFilter& filter,
+               Number number, Work work) {
     // Enough for streams of each octant of directions.
     constexpr std::size_t kBatch = 2048;
     const std::size_t call_size = filter.prepare<Query>();
     const bool is_alone = filter.options().threads == Threads::calling || call_size > kBatch;
     mray::ThreadArena* const arena = is_alone ? nullptr : &scene.arena();
-    scene.cost.measure(total,
-                       [&] { for_each_run(arena, total, {}, work, std::max(kBatch, call_size)); });
+    const auto work_on = [&](std::size_t begin, std::size_t size) {
+        QueryPart part{scene, filter, std::vector<std::size_t>(size)};
+        for (std::size_t i = 0; i < size; ++i) part.numbers[i] = number(begin + i);
+        work(Part(std::move(part), all));
+    };
+    const auto ask = [&] { for_each_run(arena, total, {}, work_on, std::max(kBatch, call_size)); };
+    scene.cost.measure(total, ask);
+    filter.watch().throw_if_cancelled();
+}
+
+/// As for_parts() for all points of a call, in parts of neighbours; a few stay in their order.
+template <class Query, class Work>
+void for_point_parts(SceneImpl& scene, std::span<const Vec3> all, QueryFilter& filter,
+                     PointOrder by, Work work) {
+    constexpr std::size_t kFew = 64;
+    // Points that are ordered together, which cannot be cancelled.
+    constexpr std::size_t kMost = std::size_t{1} << 20;
+    const auto work_on = [&](std::size_t first, std::size_t count) {
+        std::vector<std::uint32_t> order;
+        if (count > kFew)
+            order = order_points(all.subspan(first, count), scene.pose().bounds(), by);
+        const auto number = [&](std::size_t i) { return first + (order.empty() ? i : order[i]); };
+        for_parts<PointPart, Query>(scene, all, count, filter, number, work);
+    };
+    mray::for_watched_runs(0, all.size(), filter.watch(), kMost, 0, work_on);
     filter.watch().throw_if_cancelled();
 }
 

@@ -1,30 +1,21 @@
-#include "library/src/query_parts.h"
+#include "library/src/query_plan.h"
 
 #include <cmath>
 
 namespace morphray::detail {
 
-RayPart::RayPart(QueryPart part, std::span<const Ray> all) : QueryPart(std::move(part)) {
-    std::vector<Ray> world;
-    world.reserve(size());
-    for (const std::size_t i : numbers) world.push_back(all[i]);
+RayPart::RayPart(QueryPart part, std::span<const Ray> all)
+    : QueryPart(std::move(part)), world(all) {
     rays.reserve(size());
     t_exponents.reserve(size());
     for_runs_of(0, size(), {}, [&](std::size_t first, std::size_t count) {
+        std::array<Ray, kRun> given;
+        for (std::size_t i = 0; i < count; ++i) given[i] = all[numbers[first + i]];
         mray::cpu::SceneRays run;
-        scene.space().to_scene(std::span(world).subspan(first, count), run);
+        scene.space().to_scene(std::span(given).first(count), run);
         rays.insert(rays.end(), run.rays, run.rays + count);
         for (std::size_t i = 0; i < count; ++i) t_exponents.push_back(run.t_exponents[2 * i + 1]);
     });
-}
-
-RayPart::RayPart(const RayPart& other, std::span<const std::size_t> chosen)
-    : QueryPart{other.scene, other.filter, {}} {
-    for (const std::size_t i : chosen) {
-        numbers.push_back(other.numbers[i]);
-        rays.push_back(other.rays[i]);
-        t_exponents.push_back(other.t_exponents[i]);
-    }
 }
 
 PointPart::PointPart(QueryPart part, std::span<const Vec3> all)
