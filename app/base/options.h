@@ -238,6 +238,10 @@ inline constexpr Choice<PointQuery> kPointQueries[] = {{"inside", PointQuery::kI
                                                        {"winding", PointQuery::kWinding},
                                                        {"distance", PointQuery::kDistance},
                                                        {"closest", PointQuery::kClosest}};
+inline constexpr const char* kPointQueriesHelp =
+    "what is answered, in this order: inside: 0 or 1; winding: how often meshes wind around the "
+    "point; distance: to the surface, negative inside; closest: `x y z distance prim u v feature` "
+    "(prim: the triangle's number)";
 inline constexpr Choice<Reference> kReferences[] = {
     {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};
 

@@ -377,7 +377,7 @@ void add_options(CLI::App& command, CrosscheckOptions& options) {
                "takes seconds, else the CPU)",
                kReferences, options.reference);
     add_count(command, "--queries",
-              "also compare hits, windings and closest triangles of N rays and points",
+              "also compare all hits, insides and closest triangles of N rays and points",
               options.query_count, 1, 1'000'000);
     add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
     add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
@@ -493,10 +493,7 @@ void add_options(CLI::App& command, QueryOptions& options) {
     add_text(command, "--points", "FILE|-", "a line `x y z` for each point, or an array (.npy)",
              options.point_file)
         ->required();
-    add_parsed(command, "--ask", names_of(kPointQueries) + ",...",
-               "what is answered, in this order: inside: 0 or 1; winding: how often meshes "
-               "wind around the point; distance: to the surface, negative inside; closest: "
-               "`x y z distance prim u v feature` (prim: the triangle's number)",
+    add_parsed(command, "--ask", names_of(kPointQueries) + ",...", kPointQueriesHelp,
                options.queries,
                [](const std::string& text) {
                    std::vector<PointQuery> queries;

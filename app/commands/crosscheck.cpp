@@ -129,7 +129,7 @@ Answers answers_of(Backend& backend, const CheckBatch& batch) {
     return answers;
 }
 
-QueryDifference compare_answers(const Answers& expected, const Answers& actual) {
+std::vector<QueryDifference> compare_answers(const Answers& expected, const Answers& actual) {
     std::vector<bool> hits(expected.hits[0].total.size());
     for (std::size_t i = 0; i < expected.hits.size(); ++i)
         mark_hits(expected.hits[i], actual.hits[i], hits);
@@ -138,14 +138,14 @@ QueryDifference compare_answers(const Answers& expected, const Answers& actual) 
     std::ranges::set_symmetric_difference(expected.uncertain, actual.uncertain,
                                           std::back_inserter(only_one));
     for (const UncertainCrossing& crossing : only_one) windings[crossing.point] = true;
-    QueryDifference difference;
+    std::size_t closest = 0;
     for (std::size_t i = 0; i < windings.size(); ++i) {
         if (expected.windings[i] != actual.windings[i]) windings[i] = true;
-        if (!same_bits(expected.closest[i], actual.closest[i])) ++difference.closest;
+        if (!same_bits(expected.closest[i], actual.closest[i])) ++closest;
     }
-    difference.all_hits = count_true(hits);
-    difference.winding = count_true(windings);
-    return difference;
+    return {{"all_hits", "all hits", count_true(hits)},
+            {"winding", "windings", count_true(windings)},
+            {"closest", "closest triangles", closest}};
 }
 
 namespace {

@@ -33,6 +33,6 @@ struct Answers {
 Answers answers_of(Backend& backend, const CheckBatch& batch);
 
 /// Counts the rays and points with other answers, bit by bit.
-QueryDifference compare_answers(const Answers& expected, const Answers& actual);
+std::vector<QueryDifference> compare_answers(const Answers& expected, const Answers& actual);
 
 }  // namespace mray::app

@@ -160,19 +160,23 @@ void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t 
 }
 
 void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
-                 const QueryDifference& difference) {
+                 const std::vector<QueryDifference>& differences) {
+    Json counts = Json::object();
+    std::vector<std::string> texts;
+    std::size_t total = 0;
+    for (const auto& [name, what, count] : differences) {
+        counts[name] = count;
+        texts.push_back(fmt::format("{} in {}", count, what));
+        total += count;
+    }
     add_result(scene, "queries", "queries",
                {{"variant", image.variant.name()},
                 {"frame", image.frame},
                 {"reference", image.reference},
                 {"count", options.query_count},
-                {"equal", difference.total() == 0},
-                {"differences",
-                 {{"all_hits", difference.all_hits},
-                  {"winding", difference.winding},
-                  {"closest", difference.closest}}}},
-               fmt::format("other answers: {} in all hits, {} in windings, {} in closest triangles",
-                           difference.all_hits, difference.winding, difference.closest));
+                {"equal", total == 0},
+                {"differences", counts}},
+               fmt::format("other answers: {}", fmt::join(texts, ", ")));
 }
 
 std::size_t count_differing(const Json& results) {

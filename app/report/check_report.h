@@ -31,11 +31,11 @@ struct CheckedImage {
     double trace_ms = 0;
 };
 
+/// How many answers to a kind of query differ: its name in JSON, and for people.
 struct QueryDifference {
-    std::size_t all_hits = 0;
-    std::size_t winding = 0;
-    std::size_t closest = 0;
-    std::size_t total() const { return all_hits + winding + closest; }
+    const char* name;
+    const char* what;
+    std::size_t count;
 };
 
 /// A report before the first scene. It has each scene of the options, as not complete.
@@ -50,7 +50,7 @@ void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImag
 void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t vulkan_hash);
 /// The answers about options.query_count rays and as many points.
 void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
-                 const QueryDifference& difference);
+                 const std::vector<QueryDifference>& differences);
 
 inline constexpr const char* kResults[] = {"rows", "trees", "queries"};
 std::size_t count_differing(const Json& results);

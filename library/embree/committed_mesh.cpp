@@ -1,5 +1,7 @@
 #include "library/embree/committed_mesh.h"
 
+#include <cstdio>
+
 #include "library/embree/scene.h"
 
 namespace mray::embree {
@@ -15,6 +17,16 @@ CommittedMesh make_mesh(const Ref<Geometry>& geometry, unsigned int id,
     mesh.indices = geometry->buffer(RTC_BUFFER_TYPE_INDEX, 0);
     mesh.is_quads = geometry->is_quads();
     return mesh;
+}
+
+/// Some programs do not show errors.
+[[noreturn]] void refuse_scene(const char* what) {
+    static std::once_flag once;
+    std::call_once(once, [&] {
+        std::fprintf(stderr, "morphray: %s not supported by morphray: no ray of such scenes hits\n",
+                     what);
+    });
+    fail_unsupported(what);
 }
 
 }  // namespace
@@ -128,11 +140,11 @@ void collect_meshes(const Attachments& attachments, const Ref<Geometry>& instanc
                     unsigned int inst_id, std::vector<CommittedMesh>& meshes) {
     for (const auto& [id, geometry] : attachments) {
         if (!geometry->is_enabled) continue;
-        if (const char* const what = geometry->unsupported()) fail_unsupported(what);
+        if (const char* const what = geometry->unsupported()) refuse_scene(what);
         if (!geometry->is_instance()) {
             meshes.push_back(make_mesh(geometry, id, instance, inst_id));
         } else if (instance.get() != nullptr) {
-            fail_unsupported("instances of scenes with instances are");
+            refuse_scene("instances of scenes with instances are");
         } else if (const SceneObject* const scene = geometry->instanced.get()) {
             collect_meshes(scene->attachments(), geometry, id, meshes);
         }

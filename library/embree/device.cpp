@@ -111,7 +111,7 @@ void fail_operation(std::string message) {
     throw Failure{RTC_ERROR_INVALID_OPERATION, std::move(message)};
 }
 void fail_unsupported(const std::string& what) {
-    throw Unsupported{{RTC_ERROR_INVALID_OPERATION, what + " not supported by morphray"}};
+    fail_operation(what + " not supported by morphray");
 }
 
 Device::Device(const char* config)

@@ -76,12 +76,9 @@ struct Failure {
     std::string message;
 };
 
-/// A failure because this library does not have what is asked for.
-struct Unsupported : Failure {};
-
 [[noreturn]] void fail_argument(std::string message);
 [[noreturn]] void fail_operation(std::string message);
-/// Throws Unsupported: `what` is the subject of a sentence.
+/// This library does not have what is asked for: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 
 /// Threads may use one at the same time, but for its callback.

@@ -1,6 +1,5 @@
 #include "library/embree/scene.h"
 
-#include <cstdio>
 #include <set>
 
 namespace mray::embree {
@@ -232,15 +231,6 @@ void SceneObject::commit() {
         std::vector<CommittedMesh> meshes;
         collect_meshes(attachments(), {}, kInvalid, meshes);
         commit_meshes(std::move(meshes));
-    } catch (const Unsupported& what) {
-        // Some programs do not show errors.
-        static std::once_flag once;
-        std::call_once(once, [&] {
-            std::fprintf(stderr, "morphray: %s: no ray of such scenes hits\n",
-                         what.message.c_str());
-        });
-        committed_ = nullptr;
-        throw;
     } catch (...) {
         committed_ = nullptr;
         throw;

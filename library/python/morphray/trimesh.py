@@ -71,9 +71,7 @@ def _faces_of(mesh):
     faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
         raise TypeError(f"faces: integers are needed, not {faces.dtype}")
-    if faces.size == 0 or faces.ndim != 2 or faces.shape[1] != 3:
-        return _rows(faces, "faces").astype(np.int64)
-    return faces.astype(np.int64)
+    return _rows(faces, "faces").astype(np.int64)
 
 
 def _lower_and_upper(points):
