@@ -20,18 +20,11 @@ struct MatrixLayout {
 };
 
 MatrixLayout layout_of(RTCFormat format) {
-    switch (format) {
-        case RTC_FORMAT_FLOAT3X4_ROW_MAJOR:
-            return {4, 1, false};
-        case RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR:
-            return {1, 3, false};
-        case RTC_FORMAT_FLOAT4X4_ROW_MAJOR:
-            return {4, 1, true};
-        case RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR:
-            return {1, 4, true};
-        default:
-            fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
-    }
+    if (format == RTC_FORMAT_FLOAT3X4_ROW_MAJOR) return {4, 1, false};
+    if (format == RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR) return {1, 3, false};
+    if (format == RTC_FORMAT_FLOAT4X4_ROW_MAJOR) return {4, 1, true};
+    if (format == RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR) return {1, 4, true};
+    fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
 }
 
 /// Flags of curves are bytes, so the buffers of other types may lie anywhere.

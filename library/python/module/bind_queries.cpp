@@ -67,7 +67,6 @@ py::array answer(PyScene& scene, const QueryArray& queries, const py::object& ou
     return array;
 }
 
-/// An array that owns a vector.
 template <class Number, class Element>
 py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
     static_assert(sizeof(Number) == sizeof(Element));

@@ -71,7 +71,8 @@ public:
     /// Held by queries. Throws Error(busy) during a change.
     std::shared_lock<std::shared_mutex> query_lock();
     const Scene& scene() const { return *scene_; }
-    const Device& device() const { return scene_->device(); }
+    /// A copy: attach() may replace an empty scene.
+    Device device() const { return scene_->device(); }
     const Point& origin() const { return scene_->origin(); }
 
 private:
