@@ -74,12 +74,8 @@ SHARED_CONST float kDepthMargin = 0.0001220703125f;
 SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;
 
 // The most by which the difference of two coordinates of scene space differs from that of the
-// coordinates that were brought there: 2^-39, twice over. The error of an edge function of the
-// winding rule, by the square of the sum of |x| + |y| over the vertices: 2^-23; and of a height by
-// the sum of the edge functions: 2^-21.
+// coordinates that were brought there: 2^-39, twice over.
 SHARED_CONST float kCoordinateError = 3.637978807091713e-12f;  // 2^-38
-SHARED_CONST float kWindingEdgeError = 1.1920928955078125e-07f;
-SHARED_CONST float kWindingHeightError = 4.76837158203125e-07f;
 
 // The rule of closest points takes weights and components of offsets below this for 0, 2^-60; and
 // components of the height of a triangle below a quarter of the coordinate grid, 2^-42.

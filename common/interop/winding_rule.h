@@ -10,6 +10,15 @@
 
 #include "common/interop/hit_rule.h"
 
+SHARED_BEGIN
+
+// The error of an edge function here, by the square of the sum of |x| + |y| over the vertices:
+// 2^-23; and of a height by the sum of the edge functions: 2^-21.
+SHARED_CONST float kWindingEdgeError = 1.1920928955078125e-07f;
+SHARED_CONST float kWindingHeightError = 4.76837158203125e-07f;
+
+SHARED_END
+
 #endif
 
 SHARED_BEGIN

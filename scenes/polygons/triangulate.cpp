@@ -110,17 +110,17 @@ private:
     bool surrounds_middle(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
         const PlanePoint middle = {(points_[a].x + points_[b].x + points_[c].x) / 3,
                                    (points_[a].y + points_[b].y + points_[c].y) / 3};
-        int winding = 0;
+        int turns = 0;
         std::uint32_t from = a;
         do {
             const std::uint32_t to = next_[from];
             const bool rises = points_[from].y <= middle.y;
             if (rises != (points_[to].y <= middle.y) &&
                 rises == (side(points_[from], points_[to], middle) > 0))
-                winding += rises ? 1 : -1;
+                turns += rises ? 1 : -1;
             from = to;
         } while (from != a);
-        return winding > 0;
+        return turns > 0;
     }
 
     std::span<const PlanePoint> points_;

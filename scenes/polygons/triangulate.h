@@ -11,7 +11,7 @@ struct Polygons {
     bool operator==(const Polygons&) const = default;
 };
 
-/// Returns the triangles of all faces in their order, n - 2 for n corners, with their winding: a
+/// Returns the triangles of all faces in their order, n - 2 for n corners, with their turn: a
 /// fan if that covers the face, otherwise those of its projection along its normal. They cover what
 /// it surrounds once, also where corners coincide and edges touch or lie on one another; those left
 /// over have no area. A face without a correct triangulation (no area, crossing edges) and one of
