@@ -5,7 +5,6 @@
 
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/tuning.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
@@ -226,11 +225,17 @@ public:
     /// Tests a leaf, whose box may concern some blocks and, of their rays, those in some pixels.
     HWY_INLINE void trace(const Leaf& leaf, const BlockSet& blocks, const PixelRectangle& pixels) {
         const std::uint32_t first_candidate = next_candidate();
-        bool any_closer = false;
-        if (pixels.count() >
-                tuning_of(kLanes).small_triangle * corner_triangle_count(leaf.vertex[0].corners) ||
-            !trace_small(leaf, pixels, first_candidate, any_closer))
-            any_closer = trace_large(leaf, blocks, pixels, first_candidate);
+        CameraTriangles triangles;
+        std::uint32_t alive = TriangleSetup<true>(frame_, pixels).run(leaf, triangles);
+        const std::uint32_t unoriented = alive & triangles.unoriented;
+        if (HWY_UNLIKELY(unoriented != 0)) {
+            trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
+            alive &= ~unoriented;
+        }
+        // Triangles of one kind follow each other, so that fewer branches are mispredicted.
+        const std::uint32_t few = alive & triangles.few;
+        bool any_closer = trace_few(leaf, triangles, few, first_candidate);
+        any_closer |= trace_many(leaf, triangles, alive & ~few, blocks, first_candidate);
         if (!any_closer && uncertain_count_ == 0) return;
         for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
         if (HWY_UNLIKELY(uncertain_count_ != 0)) defer(leaf, first_candidate);
@@ -272,160 +277,6 @@ private:
         std::uint32_t first;
         std::uint64_t blocks;
     };
-
-    /// Pixels of triangles that are tested together: their bits are a word.
-    static constexpr std::uint32_t kTests = 64;
-
-    /// Triangles, one a lane, each with the pixel that is tested next. Two bounds, with D the error
-    /// of a vertex's place in x and y together (docs/design/arithmetic.md, "Small triangles"):
-    ///
-    /// 1. A ray outside the triangle's rectangle misses, if D is added on each side.
-    /// 2. To another ray vertices are at most size + 2 D away. So an edge function is off by at
-    ///    most 2 D (size + 2 D) + D^2, and by its rounding: less than D (2 size + 10 D).
-    /// 3. The z of a hit is a mean of the vertices' z but for depth_error. So 1/z is at least that
-    ///    of the greatest z, depth_error farther, and at most that of the least, as much nearer.
-    struct SmallTriangles {
-        FloatVec x[3], y[3];
-        /// How far an edge function may be off, and the least and the greatest 1/z of a hit.
-        FloatVec bound, least_q, most_q;
-        FloatVec first_column, last_column, last_row;
-        FloatVec column, row;
-        /// The triangles that have pixels left, as bits.
-        std::uint32_t left;
-
-        /// Takes the triangles from l on, of `used` ones (bits), and some pixels.
-        HWY_INLINE SmallTriangles(const PlaneVertices& vertices, std::size_t l, std::uint32_t used,
-                                  const PixelRectangle& pixels) {
-            const UintVec indices = load(vertices.indices + l);
-            gather_corners(vertices.x, indices, x);
-            gather_corners(vertices.y, indices, y);
-            const FloatVec lower_x = min3(x[0], x[1], x[2]), upper_x = max3(x[0], x[1], x[2]);
-            const FloatVec lower_y = min3(y[0], y[1], y[2]), upper_y = max3(y[0], y[1], y[2]);
-            const FloatVec size = upper_x - lower_x + (upper_y - lower_y);
-            const FloatVec d = mul_add(splat(4 * kLateralError), size, splat(vertices.error));
-            const PixelRange columns(lower_x - d, upper_x + d, 0, pixels.first_x, pixels.last_x);
-            const PixelRange rows(lower_y - d, upper_y + d, 0, pixels.first_y, pixels.last_y);
-            left = bits_of(columns.any() & rows.any()) & used;
-            if (left == 0) return;
-            FloatVec z[3];
-            gather_corners(vertices.z, indices, z);
-            bound = d * mul_add(splat(10.0f), d, splat(2.0f) * size);
-            const FloatVec depth_error = splat(vertices.depth_error);
-            least_q = splat(kFarthestByDepth) / (max3(z[0], z[1], z[2]) + depth_error);
-            most_q = nearest_q(min3(z[0], z[1], z[2]) - depth_error);
-            column = first_column = columns.first;
-            row = rows.first;
-            last_column = columns.last;
-            last_row = rows.last;
-        }
-
-        /// Goes on to the next pixels, row by row.
-        HWY_INLINE void advance() {
-            const FloatVec next = column + splat(1.0f);
-            const Mask ends_row = next > last_column;
-            column = select(ends_row, first_column, next);
-            row = row + zero_unless(ends_row, splat(1.0f));
-            left &= bits_of(row <= last_row);
-        }
-    };
-
-    /// Pixels of triangles: their rays, and the least 1/z of a hit, 0 where none is certain.
-    struct PixelTests {
-        alignas(64) float own_lower[kTests];
-        alignas(64) std::uint32_t rays[kTests];
-    };
-
-    /// Tests pixels until there are kTests, those of a triangle kLanes apart, or none is left.
-    /// Returns the tests whose ray may hit, as bits.
-    static HWY_INLINE std::uint64_t test_pixels(SmallTriangles& t, PixelTests& tests) {
-        std::uint64_t possible = 0;
-        for (std::uint32_t test = 0; test < kTests && t.left != 0; test += kLanes) {
-            constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-            FloatVec a[3], b[3], e[3];
-            for (int k = 0; k < 3; ++k) {
-                a[k] = t.x[k] - (t.column - splat(kMiddle));
-                b[k] = t.y[k] - (t.row - splat(kMiddle));
-            }
-            for (int k = 0; k < 3; ++k)
-                e[k] = mul_sub(a[(k + 1) % 3], b[(k + 2) % 3], b[(k + 1) % 3] * a[(k + 2) % 3]);
-            const FloatVec least = min3(e[0], e[1], e[2]), most = max3(e[0], e[1], e[2]);
-            possible |= std::uint64_t{t.left & ~bits_of((least < -t.bound) & (most > t.bound))}
-                        << test;
-            store(zero_unless((least > t.bound) | (most < -t.bound), t.least_q),
-                  tests.own_lower + test);
-            // This is camera_packet_ray(), in the last bits of a float.
-            const FloatVec ray =
-                mul_add(splat(4.0f), t.column,
-                        mul_add(splat(252.0f), hn::Floor(splat(0.25f) * t.row), t.row));
-            store(as_uint(ray + splat(0x1p23f)), tests.rays + test);
-            t.advance();
-        }
-        return possible;
-    }
-
-    /// Traces a leaf's triangles, one a lane, each against the pixels that it may cover by turns.
-    /// Hits lie between the depths of the vertices. Sets any_closer if a triangle is closer than a
-    /// candidate. Returns false, without an effect, if the leaf has no bounds.
-    HWY_INLINE bool trace_small(const Leaf& leaf, const PixelRectangle& pixels,
-                                std::uint32_t first_candidate, bool& any_closer) {
-        const PlaneVertices vertices(frame_, leaf);
-        if (HWY_UNLIKELY(!vertices.usable)) return false;
-        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-        for (std::uint32_t l = 0; l < count; l += kLanes) {
-            SmallTriangles triangles(vertices, l, (1u << (count - l)) - 1, pixels);
-            if (triangles.left == 0) continue;
-            alignas(64) float own_upper[kLanes];
-            store(triangles.most_q, own_upper);
-            PixelTests tests;
-            while (triangles.left != 0) {
-                std::uint64_t possible = test_pixels(triangles, tests);
-                for (; possible != 0; possible &= possible - 1) {
-                    const std::uint32_t test = first_bit(possible);
-                    const std::uint32_t i = test % kLanes;
-                    any_closer |= trace_ray(tests.rays[test] % kCameraRays, tests.own_lower[test],
-                                            own_upper[i], first_candidate + l + i);
-                }
-                defer_if_many(leaf, first_candidate);
-            }
-        }
-        return true;
-    }
-
-    /// trace_item() for one ray and a triangle that it may hit with 1/z in [own_lower, own_upper].
-    HWY_INLINE bool trace_ray(std::uint32_t ray, float own_lower, float own_upper,
-                              std::uint32_t candidate) {
-        float& lower = packet_.q_lower[ray];
-        float& upper = packet_.q_upper[ray];
-        std::uint32_t& closest = packet_.candidate[ray];
-        // Branches would be mispredicted: a quarter of the rays have closer candidates.
-        const bool is_closer = own_lower > upper;
-        uncertain_[uncertain_count_] = {ray, 1, candidate};
-        uncertain_count_ += static_cast<std::uint32_t>(!is_closer & (own_upper >= lower));
-        const auto choose = [mask = -std::uint32_t{is_closer}](std::uint32_t a, std::uint32_t b) {
-            return b ^ ((a ^ b) & mask);
-        };
-        upper = std::bit_cast<float>(
-            choose(std::bit_cast<std::uint32_t>(own_upper), std::bit_cast<std::uint32_t>(upper)));
-        closest = choose(candidate, closest);
-        lower = std::max(lower, own_lower);
-        return is_closer;
-    }
-
-    /// Traces a leaf's triangles by their planes. Returns whether any is closer than a candidate.
-    HWY_INLINE bool trace_large(const Leaf& leaf, const BlockSet& blocks,
-                                const PixelRectangle& pixels, std::uint32_t first_candidate) {
-        CameraTriangles triangles;
-        std::uint32_t alive = TriangleSetup<true>(frame_, pixels).run(leaf, triangles);
-        const std::uint32_t unoriented = alive & triangles.unoriented;
-        if (HWY_UNLIKELY(unoriented != 0)) {
-            trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
-            alive &= ~unoriented;
-        }
-        // Triangles of one kind follow each other, so that fewer branches are mispredicted.
-        const std::uint32_t few = alive & triangles.few;
-        const bool any_closer = trace_few(leaf, triangles, few, first_candidate);
-        return trace_many(leaf, triangles, alive & ~few, blocks, first_candidate) || any_closer;
-    }
 
     /// Tests a triangle against all rays of a block. Returns whether it becomes the closest
     /// candidate of any ray for certain. One that is hit for certain bounds the depth of further

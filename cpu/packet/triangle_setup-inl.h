@@ -309,16 +309,11 @@ public:
         out.c1 = zero_unless(out.known, slope + splat(kReciprocalRounding));
         const FloatVec shift = mul_add(splat(shift_by_extent_), v.extent, splat(shift_));
         out.c2 = splat(kRuleDepthFactor) * shift;
-        out.nearer = nearer_by(v.extent);
+        out.nearer = mul_add(splat(kSlantExtent * frame_.row_size[2] + shift_by_extent_), v.extent,
+                             splat(slant_ * frame_.row_size[2] + shift_));
         out.gradient = sizes.gradient;
         out.most_q = mul_add(sizes.gradient, p.half_extent, abs(in_middle));
         return out;
-    }
-
-    /// Bounds z of a hit outside the range of the vertices' z. extent: at least that of each.
-    HWY_INLINE FloatVec nearer_by(FloatVec extent) const {
-        return mul_add(splat(kSlantExtent * frame_.row_size[2] + shift_by_extent_), extent,
-                       splat(slant_ * frame_.row_size[2] + shift_));
     }
 
 private:
@@ -682,46 +677,6 @@ private:
     PixelRectangle pixels_;
     /// The most by which a step of 1 on each axis of scene space changes |x - X z| + |y - Y z|.
     float row_sizes_;
-};
-
-// ---- Small triangles
-
-/// A leaf's vertices in the packet's plane, x / z and y / z in place of x and y, with bounds for
-/// the whole leaf (docs/design/arithmetic.md, "Packets", "Small triangles").
-struct PlaneVertices : ProjectedVertices {
-    /// False if a vertex is not finite, or not well in front of the origin: no bound holds.
-    bool usable;
-    /// Bounds the error of x plus that of y, without the part that grows with the triangle's size;
-    /// and z of a hit outside the range of the vertices' z.
-    float error, depth_error;
-
-    HWY_INLINE PlaneVertices(const PacketFrame& frame, const Leaf& leaf) {
-        usable = project_vertices(frame, leaf, *this);
-        FloatVec least = load(z), most = least, sizes = zero();
-        for (std::size_t l = 0; l < std::size(z); l += kLanes) {
-            const FloatVec depth = load(z + l);
-            least = min(least, depth);
-            most = max(most, depth);
-            sizes = max(sizes, load(size + l));
-            const FloatVec q = splat(1.0f) / max(depth, splat(kLeastFrontZ));
-            store(load(x + l) * q, x + l);
-            store(load(y + l) * q, y + l);
-        }
-        const float z_least = least_lane(least), z_most = most_lane(most);
-        const float extent = most_lane(sizes);
-        const float row_sizes =
-            frame.row_size[0] + frame.row_size[1] + 2 * frame.reach * frame.row_size[2];
-        const float leaf_error =
-            row_sizes * (kExtentError * extent + kDistanceError * distance + kGridError) +
-            kPlaneFloor;
-        error =
-            kRectangleError * (leaf_error / std::max(z_least, kLeastFrontZ) + 2 * frame.ray_error) +
-            2 * kShearError * frame.reach;
-        depth_error = kDepthError * z_most + leaf_error +
-                      hn::GetLane(DepthBounds(frame, distance).nearer_by(splat(extent)));
-        usable &= z_least > std::max({kFrontDepth * z_most + kFrontError * leaf_error,
-                                      2 * depth_error, kLeastFrontZ});
-    }
 };
 
 }  // namespace mray::cpu::HWY_NAMESPACE

@@ -13,7 +13,6 @@
 #include <bit>
 
 #include "cpu/simd/hit_rule-inl.h"
-#include "cpu/simd/tuning.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -743,14 +742,17 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
                                 HWY_ATTR { closest.keep_closer(first, hits, hit, prim_id); });
 }
 
+// The rays of a vector are tested together in a leaf if they are more than this many
+// (lab/notes/cpu_tracer.md).
+inline constexpr std::size_t kTogetherInLeaf = kLanes == 1 ? 1 : kLanes < 16 ? 3 : 6;
+
 /// Calls together(first, active) for the vectors with many of these rays (bits), alone(ray) for the
 /// rays of others.
 template <class Together, class Alone>
 HWY_INLINE void for_rays_of_leaf(std::uint64_t rays, Together together, Alone alone) {
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
         auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
-        if (static_cast<std::uint32_t>(std::popcount(active)) >
-            tuning_of(kLanes).together_in_leaf) {
+        if (static_cast<std::size_t>(std::popcount(active)) > kTogetherInLeaf) {
             together(first, active);
             continue;
         }

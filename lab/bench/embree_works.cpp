@@ -20,7 +20,6 @@
 #include "common/version.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
-#include "cpu/simd/tuning.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/options.h"
 #include "lab/methods/embree.h"
@@ -530,16 +529,10 @@ void run_works(const Rig& rig, std::span<const RaySet> traced, const BenchOption
 }  // namespace
 
 int bench_beside_embree(const BenchOptions& options) {
-    std::string tunings;
-    for (const cpu::Tuning& tuning : cpu::kTunings)
-        tunings += fmt::format(" {}: {}, {};", tuning.lanes, tuning.small_triangle,
-                               tuning.together_in_leaf);
     Report report(
-        fmt::format(
-            "# {}, {}; morphray {}, Embree {}{}\n# tuning by lanes (small triangle, together "
-            "in a leaf):{}\n# ./lab/bench/run {}\n",
-            machine_name(), best_simd_target().name, kVersionDetail, RTC_VERSION_STRING,
-            kEmbreeHasStreams ? "" : ", which has no streams", tunings, options.line),
+        fmt::format("# {}, {}; morphray {}, Embree {}{}\n# ./lab/bench/run {}\n", machine_name(),
+                    best_simd_target().name, kVersionDetail, RTC_VERSION_STRING,
+                    kEmbreeHasStreams ? "" : ", which has no streams", options.line),
         options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.size);

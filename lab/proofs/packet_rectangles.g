@@ -5,7 +5,7 @@
 #                (leaf_error / z_least + ray_error) + kRectangleRounding; rows of boxes hold those of
 #                their triangles' displaced vertices with kBoxError row_size size; a box with n.p <
 #                -kWedgeMargin size in all its points has no point of a ray
-#   code         find_rectangles, PlaneVertices (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid
+#   code         find_rectangles (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid
 #                (cpu/packet/camera_packet-inl.h),
 #                project_boxes, rectangle_of_box, set_wedges, may_have_wedges, outside_wedges
 #                (cpu/packet/packet_plane-inl.h)
@@ -48,10 +48,6 @@ c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;
 # of a pixel added, and the margin's sum
 { @kRectangleError@ * (1 - 16 * e) - 1 >= 0
   /\ @kRectangleRounding@ * (1 - 16 * e) - (33 * @kVertexOfPlace@ + 64 * e + 33 * e) >= 0 }
-
-## lemma: small triangles: quotients and a pixel's place; quotient, difference, half an edge's rounding
-{ 2 * @kShearError@ * 33 * (1 - 16 * e) - (@kShearError@ * 33 + 2.01 * 66 * e + 64 * e) >= 0
-  /\ 4 * @kLateralError@ * (1 - 16 * e) - (@kLateralError@ + 2.01 * e + e + 1.5 * e) >= 0 }
 
 ## lemma: boxes: difference, row, product, two sums and that with the error; displacement
 five = up^6 - 1;
