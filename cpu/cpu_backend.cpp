@@ -66,11 +66,7 @@ public:
         const Stopwatch watch;
         const RefitPlan plan = plan_refit(bvh_, *pose_, extent, block_leaves_);
         arena_->execute([&] {
-            if (plan.all) {
-                cpu::refit(bvh_, pose_->positions(), target_);
-            } else {
-                cpu::refit(bvh_, pose_->positions(), plan.parts, target_);
-            }
+            cpu::refit(bvh_, pose_->positions(), target_, plan.all ? nullptr : &plan.parts);
         });
         times_ = {.update = {.refit_ms = watch.ms()}};
         return plan.leaf_count;

@@ -195,46 +195,32 @@ void for_each_range(std::uint32_t count, std::uint32_t grain, Visit visit) {
                       [&](const Range& range) { visit(range.begin(), range.end()); });
 }
 
-void refit_all(const RefitArrays& tree, const IndexSequence& leaves,
-               std::span<const vec3> positions, const SimdTarget& target) {
-    const auto refit_leaves = SIMD_FUNCTION(refit_leaves, target);
-    for_each_range(leaves.count, kLeafGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
-        refit_leaves(tree, leaves, begin, end, positions);
-    });
-}
-
-void refit_level(const RefitArrays& tree, const IndexSequence& nodes, const SimdTarget& target) {
-    const auto refit_nodes = SIMD_FUNCTION(refit_nodes, target);
-    for_each_range(nodes.count, kNodeGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
-        refit_nodes(tree, nodes, begin, end);
-    });
-}
-
 }  // namespace
 
-void refit(Bvh& bvh, std::span<const vec3> positions, const SimdTarget& target) {
+void refit(Bvh& bvh, std::span<const vec3> positions, const SimdTarget& target,
+           const MovedParts* parts) {
     const RefitArrays tree(bvh);
-    refit_all(tree, {nullptr, 0, static_cast<std::uint32_t>(bvh.leaves.size())}, positions, target);
-    for (std::uint32_t level = bvh.depth(); level-- > 1;) {
-        const std::uint32_t begin = bvh.level_begin[level];
-        refit_level(tree, {nullptr, begin, bvh.level_begin[level + 1] - begin}, target);
-    }
-}
-
-void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
-           const SimdTarget& target) {
-    const RefitArrays tree(bvh);
-    refit_all(tree, {parts.leaves.data(), 0, static_cast<std::uint32_t>(parts.leaves.size())},
-              positions, target);
-    const std::vector<std::uint32_t>& nodes = parts.nodes;
+    const auto refit_leaves = SIMD_FUNCTION(refit_leaves, target);
+    const auto refit_nodes = SIMD_FUNCTION(refit_nodes, target);
+    IndexSequence leaves = {nullptr, 0, static_cast<std::uint32_t>(bvh.leaves.size())};
+    if (parts != nullptr)
+        leaves = {parts->leaves.data(), 0, static_cast<std::uint32_t>(parts->leaves.size())};
+    for_each_range(leaves.count, kLeafGrain, [&](std::uint32_t begin, std::uint32_t end) {
+        refit_leaves(tree, leaves, begin, end, positions);
+    });
     const auto place_of = [&](std::uint32_t node) {
-        return static_cast<std::uint32_t>(std::lower_bound(nodes.begin(), nodes.end(), node) -
-                                          nodes.begin());
+        if (parts == nullptr) return node;
+        const auto first = parts->nodes.begin();
+        return static_cast<std::uint32_t>(std::lower_bound(first, parts->nodes.end(), node) -
+                                          first);
     };
     for (std::uint32_t level = bvh.depth(); level-- > 1;) {
-        const std::uint32_t begin = place_of(bvh.level_begin[level]);
-        const std::uint32_t end = place_of(bvh.level_begin[level + 1]);
-        refit_level(tree, {nodes.data() + begin, 0, end - begin}, target);
+        const std::uint32_t first = place_of(bvh.level_begin[level]);
+        const IndexSequence nodes = {parts == nullptr ? nullptr : parts->nodes.data(), first,
+                                     place_of(bvh.level_begin[level + 1]) - first};
+        for_each_range(nodes.count, kNodeGrain, [&](std::uint32_t begin, std::uint32_t end) {
+            refit_nodes(tree, nodes, begin, end);
+        });
     }
 }
 

@@ -13,13 +13,10 @@ namespace mray::cpu {
 /// first, then level by level up (I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes
 /// Using Dynamic Bounding Volume Hierarchies. ACM TOG 26(1), 2007, section 4). The bytes are the
 /// same for any number of threads and any target, and equal to those of a build if the positions
-/// are. Runs in the calling thread's arena.
-void refit(Bvh& bvh, std::span<const vec3> positions,
-           const SimdTarget& target = best_simd_target());
-
-/// Refits `parts` of a tree whose others have these positions: the bytes of a whole refit.
-void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
-           const SimdTarget& target = best_simd_target());
+/// are. Runs in the calling thread's arena. parts: only these, where the others have these
+/// positions.
+void refit(Bvh& bvh, std::span<const vec3> positions, const SimdTarget& target = best_simd_target(),
+           const MovedParts* parts = nullptr);
 
 // ---- A refit of one element without SIMD: for leaves that the kernels leave out, for targets
 // without SIMD, and as the reference of tests.
@@ -40,13 +37,13 @@ struct RefitArrays {
     const std::uint32_t* node_parents;
 };
 
-/// list[0 .. count), or first .. first + count - 1 if there is no list.
+/// The numbers first .. first + count - 1, or what a list has at these places.
 struct IndexSequence {
     const std::uint32_t* list;
     std::uint32_t first, count;
 
     std::uint32_t operator[](std::uint32_t i) const {
-        return list == nullptr ? first + i : list[i];
+        return list == nullptr ? first + i : list[first + i];
     }
 };
 
