@@ -1,5 +1,5 @@
 // The reference of all faster tracers, in portable C++: single rays over the shared layout, and
-// without a tree. The cost of a tree, by the same traversal.
+// without a tree.
 #pragma once
 
 #include <cassert>
@@ -50,9 +50,9 @@ inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec
 
 /// Calls visit_leaf(leaf) for the leaves whose boxes, and the boxes of the nodes above, a ray meets
 /// with a least depth of `last` or less, the nearest first. It returns the next `last`, less than 0
-/// to stop. Returns how many nodes and leaves were taken.
+/// to stop.
 template <class VisitLeaf>
-std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, VisitLeaf visit_leaf) {
+void for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, VisitLeaf visit_leaf) {
     struct Entry {
         float t_least;
         std::uint32_t child;
@@ -61,10 +61,8 @@ std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, Vis
     TraversalStack<Entry> stack;
     stack[0] = {0, 0};
     std::uint32_t size = 1;
-    std::uint32_t steps = 0;
     while (size > 0) {
         const Entry entry = stack[--size];
-        ++steps;
         if (entry.t_least > last) continue;
         if (is_leaf(entry.child)) {
             last = visit_leaf(bvh.leaves[leaf_of(entry.child)]);
@@ -83,7 +81,6 @@ std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, Vis
             stack[place] = {t_least, child};
         });
     }
-    return steps;
 }
 
 template <class Visit>
