@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <type_traits>
 
 HWY_BEFORE_NAMESPACE();
@@ -202,6 +203,22 @@ HWY_INLINE std::uint32_t first_bit(std::uint64_t bits) {
     return static_cast<std::uint32_t>(__builtin_ctzll(bits));
 }
 
+/// The numbers of the bits that are set, from the lowest on: for (std::uint32_t i : BitsOf(bits)).
+template <class Bits>
+class BitsOf {
+public:
+    HWY_INLINE explicit BitsOf(Bits bits) : rest_(bits) {}
+
+    HWY_INLINE BitsOf begin() const { return *this; }
+    HWY_INLINE std::default_sentinel_t end() const { return {}; }
+    HWY_INLINE bool operator!=(std::default_sentinel_t) const { return rest_ != 0; }
+    HWY_INLINE std::uint32_t operator*() const { return first_bit(rest_); }
+    HWY_INLINE void operator++() { rest_ &= rest_ - 1; }
+
+private:
+    Bits rest_;
+};
+
 /// The mask whose bits these are.
 HWY_INLINE Mask mask_of(std::uint32_t bits) {
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),
@@ -218,13 +235,9 @@ public:
 
     /// values: 16 floats at an address that is aligned to the size of a vector.
     HWY_INLINE FloatVec operator()(const float* values) const {
-        if constexpr (kVectors == 1) {
-            return hn::TableLookupLanes(load(values), hn::IndicesFromVec(kFloats, index_));
-        } else if constexpr (kVectors == 2) {
-            return in_two(load(values), load(values + kLanes));
-        } else {
-            return hn::GatherIndex(kFloats, values, as_int(index_));
-        }
+        FloatVec vectors[kVectors];
+        for (std::size_t v = 0; v < kVectors; ++v) vectors[v] = load(values + v * kLanes);
+        return (*this)(vectors, values);
     }
     /// `vectors` hold `values` in kVectors registers.
     HWY_INLINE FloatVec operator()(const FloatVec* vectors, const float* values) const {

@@ -131,8 +131,7 @@ public:
         return static_cast<std::size_t>(std::popcount(rays)) > kCountedTogether;
     }
     HWY_INLINE void trace_apart(std::uint64_t rays, std::uint32_t child) {
-        for (; rays != 0; rays &= rays - 1) {
-            const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
+        for (const std::uint32_t ray : BitsOf(rays)) {
             for_each_hit(bvh_, stream_, ray, child,
                          [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
         }
@@ -266,21 +265,6 @@ HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
     return {lanes::lesser3(a, lanes::lesser3(b, c)), lanes::greater3(a, lanes::greater3(b, c))};
 }
 
-#if HWY_TARGET == HWY_SCALAR
-
-/// Calls visit(slot_of, mask, a, b, c) for the triangles with finite vertices, one at a time.
-template <class Visit>
-HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    for (std::uint32_t slot = 0; slot < count; ++slot) {
-        const TriangleCorners t = corners_in_lanes(leaf, slot);
-        const Mask finite = lanes::finite_vertices(t.a, t.b, t.c);
-        if (!none(finite)) visit([slot](std::uint32_t) { return slot; }, finite, t.a, t.b, t.c);
-    }
-}
-
-#else
-
 /// Calls visit(slot_of, mask, a, b, c) for each vector of triangles: lane i of those in the mask
 /// holds the triangle in slot_of(i), whose vertices are finite.
 template <class Visit>
@@ -303,8 +287,6 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
     }
 }
 
-#endif  // HWY_TARGET
-
 // ---- Windings
 
 /// Counts the crossings of a point with a leaf's triangles if sees(prim_id) is true for them;
@@ -316,8 +298,7 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::
                                 const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
         const lanes::FloatCrossing crossing = lanes::float_crossing(p, a, b, c);
         const auto for_each_prim = [&](Mask of, auto visit) HWY_ATTR {
-            for (std::uint32_t bits = bits_of(of & used); bits != 0; bits &= bits - 1) {
-                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+            for (const std::uint32_t lane : BitsOf(bits_of(of & used))) {
                 const std::uint32_t prim_id = leaf.prim_id[slot_of(lane)];
                 if (sees(prim_id)) visit(prim_id);
                 for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
@@ -364,8 +345,6 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
     });
     return winding;
 }
-
-#if HWY_TARGET != HWY_SCALAR
 
 /// At most kLanes points, and the corners of their box in all lanes. Lanes without a point have the
 /// last one.
@@ -434,10 +413,8 @@ private:
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
             const Mask met = used & may_cross_in(boxes_of(a, b, c));
-            for (std::uint32_t bits = bits_of(met); bits != 0; bits &= bits - 1) {
-                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+            for (const std::uint32_t lane : BitsOf(bits_of(met)))
                 wind_around(bvh, leaf, slot_of(lane), uncertain);
-            }
         });
     }
 
@@ -456,9 +433,7 @@ private:
         const IntVec down = times_where(crossing.is_down);
         winding_ = winding_ + up - down;
         crossings_ = crossings_ + up + down;
-        for (std::uint32_t bits = bits_of(crossing.is_uncertain & used_); bits != 0;
-             bits &= bits - 1) {
-            const auto point = static_cast<std::uint32_t>(std::countr_zero(bits));
+        for (const std::uint32_t point : BitsOf(bits_of(crossing.is_uncertain & used_))) {
             uncertain(point, prim_id);
             for (const RepeatedTriangle& repeat : repeats) uncertain(point, repeat.prim_id);
         }
@@ -469,8 +444,6 @@ private:
     IntVec winding_ = hn::Zero(kInts);
     IntVec crossings_ = hn::Zero(kInts);
 };
-
-#endif  // HWY_TARGET
 
 // ---- Closest triangles
 //
@@ -767,8 +740,7 @@ private:
             const auto for_each_of = [&](Mask lanes, FloatVec value, auto use) HWY_ATTR {
                 HWY_ALIGN float values[kLanes];
                 store(value, values);
-                for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1) {
-                    const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+                for (const std::uint32_t i : BitsOf(bits_of(lanes))) {
                     const std::uint32_t slot = slot_of(i);
                     const std::uint32_t prim_id = first_seen(bvh, leaf.prim_id[slot], sees_);
                     if (kSeesAll<Sees> || prim_id != kNoPrim) use(i, slot, prim_id, values[i]);

@@ -94,7 +94,6 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
         }
         return leaves;
     };
-#if HWY_TARGET != HWY_SCALAR
     // Returns false for a bundle that was given up.
     const auto wind_together = [&](std::size_t first, std::size_t count, std::size_t most_leaves) {
         vec3 clipped[kLanes];
@@ -113,7 +112,7 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     };
     // Calls about fewer points come in any order, and their bundles would be wide.
     constexpr std::size_t kManyPoints = 256;
-    if (points.size() >= kManyPoints && query.filter == nullptr) {
+    if (kLanes > 1 && points.size() >= kManyPoints && query.filter == nullptr) {
         BundleChoice choice;
         for (std::size_t first = 0; first < points.size(); first += kLanes) {
             query.watch.throw_if_cancelled();
@@ -129,7 +128,6 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
         }
         return;
     }
-#endif
     with_filter(query, [&](auto sees_of) { wind_one_by_one(0, points.size(), sees_of); });
 }
 

@@ -93,8 +93,8 @@ void make_rays_in_lanes(const SceneSpace& space, std::span<const StoredRay> rays
         const std::uint32_t good =
             make_rays(&rays[i], centre.data(), exponent, out.rays + i, out.t_exponents + 2 * i);
         constexpr std::uint32_t kAll = 0xAAAAAAAAu & kLaneBits;
-        for (std::uint32_t bad = kAll & ~good; bad != 0; bad &= bad - 1)
-            out.hard[out.hard_count++] = static_cast<std::uint16_t>(i + first_bit(bad) / 2);
+        for (const std::uint32_t bad : BitsOf(kAll & ~good))
+            out.hard[out.hard_count++] = static_cast<std::uint16_t>(i + bad / 2);
     }
 #else
     (void)space;

@@ -31,11 +31,10 @@ HWY_INLINE bool has_equal_corners(const Leaf& leaf, std::uint32_t triangle) {
     return are_equal(0, 1) || are_equal(1, 2) || are_equal(2, 0);
 }
 
-#if HWY_TARGET != HWY_SCALAR
-
 // A vector load of a leaf brings kBlocks whole vertices, one to a block of 4 lanes. Four loads are
 // transposed within the blocks, which is cheap on every target, so slots are not in order
 // (slot_of_lane). Triangles have the same order, since their indices are stored with the vertices.
+// Vectors of one lane take a vertex each.
 inline constexpr std::uint32_t kBlocks = kLanes / 4;
 
 /// The slot of lane i of vector v, for lane = v * kLanes + i.
@@ -75,18 +74,25 @@ struct LeafLanes {
 /// Loads a leaf for rays with this main axis; kAxis is the same, or kAnyAxis.
 template <int kAxis>
 HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
-    const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);
     LeafLanes out;
     out.triangle_count = corner_triangle_count(leaf.vertex[0].corners);
     for (std::size_t v = 0; v < kVectors; ++v) {
+        FloatVec column[4];
+#if HWY_TARGET == HWY_SCALAR
+        for (std::uint32_t i = 0; i < 4; ++i) {
+            const bool is_rotated = kAxis == kAnyAxis && i < 3;
+            column[i] = load(&leaf.vertex[v].x + (is_rotated ? (axis + 1 + i) % 3 : i));
+        }
+#else
+        const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);
         FloatVec row[4];
         for (std::size_t i = 0; i < 4; ++i) {
             const float* vertices = &leaf.vertex[v * kLanes + i * kBlocks].x;
             const auto bytes = hn::BitCast(kBytes, load_unaligned(vertices));
             row[i] = as_float(kAxis == kAnyAxis ? hn::TableLookupBytes(bytes, rotation) : bytes);
         }
-        FloatVec column[4];
         transpose_fours(kFloats, row, column);
+#endif
         out.x[v] = column[kAxis == kAnyAxis ? 0 : (kAxis + 1) % 3];
         out.y[v] = column[kAxis == kAnyAxis ? 1 : (kAxis + 2) % 3];
         out.z[v] = column[kAxis == kAnyAxis ? 2 : kAxis];
@@ -127,9 +133,13 @@ private:
 
     /// The places in VertexValues of the slots in the bytes.
     HWY_INLINE static UintVec places_of(UintVec slots) {
-        if constexpr (kVectors > 2) return slots;
-        const auto places = hn::LoadDup128(kBytes, kLaneOfSlot.data());
-        return hn::BitCast(kUints, hn::TableLookupBytes(places, hn::BitCast(kBytes, slots)));
+#if HWY_TARGET != HWY_SCALAR
+        if constexpr (kVectors <= 2) {
+            const auto places = hn::LoadDup128(kBytes, kLaneOfSlot.data());
+            return hn::BitCast(kUints, hn::TableLookupBytes(places, hn::BitCast(kBytes, slots)));
+        }
+#endif
+        return slots;
     }
 };
 
@@ -150,59 +160,9 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
     return ab | bc | ca;
 }
 
-#endif  // HWY_TARGET
+// ---- Certain answers, derived in docs/design/arithmetic.md, "Rays without packets"
 
-// ---- Certain answers
-//
-// Occluders (certain_occluders). Names (lab/proofs/certain.g; e = 2^-24): E the magnitudes of the
-// exact edge functions, z the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of
-// z under E. |e| are the magnitudes of plain edge functions with |E - |e|| <= bound, all in units
-// of dir.z^2 for slopes; s the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so
-// Z <= 2.001 X.
-// 1. All e are beyond the bound and have one sign. So have the exact ones, and none is 0: the ray
-//    goes through the triangle, whichever path of the rule decides.
-// 2. n / s is within (2 bound range) / s, at most 4 bound Z / s, of zbar, as the deviations from a
-//    mean add up to at most 2 range (docs/design/arithmetic.md, "Depth").
-// 3. The exact path's z is within 6.32 e (range + Z), at most 19 e Z, of zbar. The fast path's is
-//    off by 2 B range / S more, with B and S of the rule's own functions.
-// 4. The test demands from s <= n and kCertainBound bound Z <= n - from s (and the same up to
-//    `to`). |n| <= s Z, so bound / s <= 1 / kCertainBound but for rounding.
-// 5. The rule's own functions are the |e|, or, where these are of slopes, the same in other
-//    operations: with M the largest |x'| + |y'| and r of edge_bound for the leaf, s <= 3 M^2, so
-//    step 4 makes M at least 32 r. Coordinates of both kinds differ by 2 (8 e (X + Z) + 5 e X), so
-//    the sum of all six by an eighth of 3 M at most, and B by less than a factor of 2: B <= 2
-//    bound, S >= s - 3 bound - 3 B >= s - 9 bound >= 0.71 s. So 2 B range / S is at most
-//    8 bound Z / (0.71 s).
-// 6. A hit needs a z beyond 2 B range / S + 8 e range + 8 e Z, at most 11.3 bound Z / s + 24.1 e Z.
-// 7. Together bound / s has 4 + 2 * 11.3 < kCertainBound of Z. The rest is at most 126 e X: 6.3 e Z
-//    of the roundings of n, s and the test, 19 e Z of step 3, 24.1 e Z of step 6, 3.4 e Z of t = z
-//    rcp(dir.z), and 5 roundings of `to`, which is up to 4 X.
-// 8. kCertainDepth X = 256 e X covers this, and t could move by 2^-18 of X on top.
-// 9. Nothing overflows: origins farther than kCertainOrigin have no certain occluders, so from and
-//    to are at most 2^32. Products that underflow are off by 2^-124 in all; s is at least 3 bound,
-//    from at least 2^4, so e from s is at least 2^-116.
-//
-// Beyond tfar (certainly_beyond). The test demands kCertainBound bound <= s and beyond s +
-// kBeyondBound bound R <= n, with R the range of z, and beyond tfar |dir.z| with kBeyondDepth X
-// added. Shadow rays end at most of these triangles.
-// 1. Steps 2, 3 and 5 hold for every triangle that the rule finds hit: they need no e beyond the
-//    bound, and bound / s is at most 1 / kCertainBound.
-// 2. n / s is within 2 bound R / s of zbar. The fast path is off by 2 B R / S, where step 5 makes B
-//    at most 1.27 bound and S at least s - 3 bound - 3 B. kBeyondBound covers both.
-// 3. kBeyondDepth X = 128 e X covers the rest, 119 e X, without step 6, which makes hits fewer.
-// 4. No n / s is more than 4 X: beyond is capped there, and kHugeReciprocal for origins beyond
-//    kCertainOrigin.
-//
-// Behind the origin (may_be_ahead; lab/proofs/near.g). Names as above.
-// 1. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
-//    positive. As |E - |e|| <= bound, it is at most n + 3 bound Z.
-// 2. n as computed is off by at most 3 e s Z, and below 2^127 for vertices within kSceneExtent.
-//    So a ray misses if n + Z (kBehindError s + 4 bound) is negative.
-// 3. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
-//    the product with Z in step 2. kBehindError s does not matter to a bound of at least 2^-97;
-//    kBehindUnderflow is added for the others.
-
-/// n, by the sign of dir.z, and s of plain edge functions.
+/// The sum of |e| z over plain edge functions e, by the sign of dir.z, and that of |e|.
 struct DepthSum {
     FloatVec n, s;
 };
@@ -263,48 +223,6 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
 // by their own bound, or because their hit would certainly lie behind the ray's origin, as on the
 // triangle that a secondary ray starts from. The fast path answers where it is certain, the exact
 // path for the other triangles.
-
-#if HWY_TARGET == HWY_SCALAR
-
-/// Whether the ray hits the triangle in this slot of the leaf by the rule, up to tfar; sets where.
-HWY_NOINLINE inline bool intersect_slot(const RayStream& stream, std::size_t ray, float tfar,
-                                        const Leaf& leaf, std::uint32_t slot, TriangleHit& hit) {
-    ShearedRay s;
-    for (int k = 0; k < 3; ++k) {
-        s.org[k] = stream.sheared_org[k][ray];
-        s.dir[k] = stream.sheared_dir[k][ray];
-    }
-    s.axis = stream.axis[ray];
-    s.depth_slack = stream.depth_slack[ray];
-    const vec3 a = leaf_position(leaf, slot, 0);
-    const vec3 b = leaf_position(leaf, slot, 1);
-    const vec3 c = leaf_position(leaf, slot, 2);
-    if (!may_hit_triangle(s, a, b, c)) return false;
-    return stream.crossing == Crossing::kOwner
-               ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
-               : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
-}
-
-/// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
-/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, class Visit>
-HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
-                               const Leaf& leaf, Visit visit) {
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    for (std::uint32_t slot = 0; slot < count; ++slot) {
-        TriangleHit hit;
-        if (intersect_slot(stream, ray, tfar, leaf, slot, hit) && visit(slot, hit)) return true;
-    }
-    return false;
-}
-
-template <int kAxis = kAnyAxis>
-HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
-    return intersect_leaf(stream, ray, stream.tfar[ray], leaf,
-                          [](std::uint32_t, const TriangleHit&) { return true; });
-}
-
-#else
 
 struct LeafPoints {
     VertexValues x, y, z;
@@ -381,11 +299,9 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
     store(hits.t, t);
     store(hits.u, u);
     store(hits.v, w);
-    for (std::uint32_t bits = bits_of(visited); bits != 0; bits &= bits - 1) {
-        const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
-        const auto first = static_cast<std::uint32_t>(v * kLanes);
+    const auto first = static_cast<std::uint32_t>(v * kLanes);
+    for (const std::uint32_t i : BitsOf(bits_of(visited)))
         if (visit(slot_of_lane(first + i), TriangleHit{t[i], u[i], w[i], 0, 0})) return true;
-    }
     return false;
 }
 
@@ -537,8 +453,6 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
                                   [](std::uint32_t, const TriangleHit&) { return true; });
 }
 
-#endif  // HWY_TARGET
-
 // ---- Closest hits of many rays
 //
 // The leaf's vertices are projected once for a vector of rays, by the rule's fast path. A triangle
@@ -662,42 +576,6 @@ HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, c
                           });
 }
 
-struct LeafRays {
-    std::size_t first;
-    lanes::ShearedRay sheared;
-    Mask active;
-    FloatVec tnear;
-    Crossing crossing;
-};
-
-/// Calls keep(hits, hit, prim_id) for the lanes that hit triangle i no later than tfar of their
-/// rays; e has its fast edge functions u, v and w.
-template <class Keep>
-HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_rays,
-                                   const Leaf& leaf, std::uint32_t i, const ProjectedLeaf& points,
-                                   lanes::Edges e, Keep keep) {
-    if (has_equal_corners(leaf, i)) return;
-    const std::uint32_t local = leaf.vertex[i].corners;
-    const lanes::ShearedRay& s = rays.sheared;
-    const lanes::Float3 a = points[corner(local, 0)];
-    const lanes::Float3 b = points[corner(local, 1)];
-    const lanes::Float3 c = points[corner(local, 2)];
-    const FloatVec m =
-        sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
-    lanes::measure_depth(a.z, b.z, c.z, e);
-    e.bound = lanes::edge_bound(m, e.depth_size);
-    e.real_bound = e.bound;
-    const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
-    const Mask possible = rays.active & lanes::may_be_inside(e) & may_be_ahead(e, depth);
-    if (none(possible)) return;
-    const FloatVec tfar = load(tfar_of_rays + rays.first);
-    lanes::TriangleHit hit;
-    const Mask hits =
-        decide_hits(s, {e, a.z, b.z, c.z}, possible, {rays.tnear, tfar, rays.crossing},
-                    corners_in_lanes(leaf, i), hit);
-    keep(hits, hit, leaf.prim_id[i]);
-}
-
 /// Calls keep(hits, hit, prim_id) for the triangles of a leaf that rays among `active` (bits, from
 /// `first` on) hit no later than tfar of their rays: lanes are rays.
 template <class Keep>
@@ -705,19 +583,20 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
                                         std::uint32_t active, const float* tfar, const Leaf& leaf,
                                         Keep keep) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    const LeafRays rays{first, sheared_rays(stream, first), mask_of(active),
-                        load(stream.tnear + first), stream.crossing};
+    const lanes::ShearedRay s = sheared_rays(stream, first);
+    const FloatVec tnear = load(stream.tnear + first);
+    const Mask asked = mask_of(active);
     ProjectedLeaf points;
     const FloatVec size = project_vertices(
         stream, first, leaf, used_vertices(leaf, count),
         [&](const lanes::Float3& v, std::uint32_t i) HWY_ATTR {
-            const lanes::Float3 p = lanes::project_rotated_fast(rays.sheared, v);
+            const lanes::Float3 p = lanes::project_rotated_fast(s, v);
             points.x[i] = p.x;
             points.y[i] = p.y;
             points.z[i] = p.z;
         },
         points);
-    points.bound = lanes::edge_bound(3.0f * size, most_depth(abs(rays.sheared.org.z)));
+    points.bound = lanes::edge_bound(3.0f * size, most_depth(abs(s.org.z)));
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::uint32_t local = leaf.vertex[i].corners;
         const lanes::Float3 a = points[corner(local, 0)];
@@ -728,8 +607,20 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
         e.v = lanes::fast_edge(c, a);
         e.w = lanes::fast_edge(a, b);
         e.bound = points.bound;
-        if (none(lanes::may_be_inside(e) & rays.active)) continue;
-        intersect_triangle(rays, tfar, leaf, i, points, e, keep);
+        if (none(lanes::may_be_inside(e) & asked) || has_equal_corners(leaf, i)) continue;
+        const FloatVec m =
+            sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
+        lanes::measure_depth(a.z, b.z, c.z, e);
+        e.bound = lanes::edge_bound(m, e.depth_size);
+        e.real_bound = e.bound;
+        const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
+        const Mask possible = asked & lanes::may_be_inside(e) & may_be_ahead(e, depth);
+        if (none(possible)) continue;
+        lanes::TriangleHit hit;
+        const Mask hits = decide_hits(s, {e, a.z, b.z, c.z}, possible,
+                                      {tnear, load(tfar + first), stream.crossing},
+                                      corners_in_lanes(leaf, i), hit);
+        keep(hits, hit, leaf.prim_id[i]);
     }
 }
 
@@ -751,13 +642,12 @@ inline constexpr std::size_t kTogetherInLeaf = kLanes == 1 ? 1 : kLanes < 16 ? 3
 template <class Together, class Alone>
 HWY_INLINE void for_rays_of_leaf(std::uint64_t rays, Together together, Alone alone) {
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
-        auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        const auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
         if (static_cast<std::size_t>(std::popcount(active)) > kTogetherInLeaf) {
             together(first, active);
             continue;
         }
-        for (; active != 0; active &= active - 1)
-            alone(first + static_cast<std::size_t>(std::countr_zero(active)));
+        for (const std::uint32_t ray : BitsOf(active)) alone(first + ray);
     }
 }
 
@@ -765,23 +655,7 @@ HWY_INLINE void for_rays_of_leaf(std::uint64_t rays, Together together, Alone al
 //
 // For rays that have a leaf in common, such as ambient-occlusion rays around one place, this takes
 // fewer instructions than one ray after the other (lab/notes/cpu_tracer.md). Vertices are projected
-// as in project_fast, but divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or
-// not. The bound of edge functions, in the notation of docs/design/arithmetic.md, "Plain floats
-// where they suffice", for x' and with e = 2^-24:
-// 1. x' differs from x / dir.z, with x of `project`, by the sum of
-//        2 e r          rounding of a.x and a.z
-//        3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
-//        e r            its product with a.z, unless it is fused
-//        e X            the difference
-//        4 e X + 2^-62  error of `project`
-//    so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the
-//    e (8 r + 5 X) + 2^-62 there.
-// 2. Edge functions are computed with at most as many roundings. So each is within the bound
-//    derived there of the exact one, divided by dir.z^2.
-// 3. That bound grows with m and Z, so one for the whole leaf will do: m = 3 M with M the largest
-//    |x'| + |y'| of its vertices, and Z the largest |z|.
-// 4. x' is not on a grid, and a product may underflow by at most 2^-126. The bound is at least
-//    2^-97 and has room for that.
+// by slopes (docs/design/arithmetic.md, "Rays without packets").
 
 /// The rays among `rays` (bits, from `first` on) that hit triangle i of the leaf.
 HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream, std::size_t first,

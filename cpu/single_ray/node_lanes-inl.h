@@ -1,31 +1,12 @@
-// A ray against the 16 boxes of a node.
-//
-// As with hits_box, every box that holds a triangle which the ray hits is met, with a least depth
-// not beyond last_depth of that hit; which other boxes are met and the last bits may differ:
-//
-// 1. A plane p is met at fl(p * r - k), where r = 1/d, times kStreamRounding at its far side,
-//    and k = fl(org * r +- dilation * |r|).
-// 2. In units of u = 2^-24, with r taken for exact, that is off by at most
-//        1 |org r|    k
-//        2 |org r|    both products, unless they are fused; of p r, the part with |org r|
-//        1 t          the other part: |p - org| |r|
-//        1 t          the difference
-//    and r is off by 1 t, or 2 t at the far side. Products are fused where a target has
-//    instructions for that (HWY_NATIVE_FMA).
-// 3. kStreamDilation covers the parts with org, and least_dilation the 2^-42 E by which the ray
-//    passes the padded box (docs/design/arithmetic.md, "Boxes") with all terms of second order.
-// 4. kStreamRounding covers the parts with t (lab/proofs/near.g). So an entry is no later than
-//    (1 + 2 u) t or (1 + 3 u) t of a hit, and the exit no earlier than that.
-// 5. k and r are constants of the ray and rounding is monotone, so a box within a box is still met
-//    within the interval of the other, bit for bit.
+// A ray, and rays of one octant, against the 16 boxes of a node. Every box with a hit is met, with
+// a least depth not beyond last_depth of that hit (docs/design/arithmetic.md, "Rays without
+// packets").
 #if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #else
 #define MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #endif
-
-#include <bit>
 
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/ray_stream-inl.h"
@@ -95,23 +76,8 @@ HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, fl
     return slots;
 }
 
-// Rays of one octant (the same sign of rdir on each axis) against the boxes of a node: first all of
-// them at once, with the boxes for lanes, then each ray, as one ray is tested, with the rays for
-// lanes. As above, no box with a hit is lost, and its least depth is not beyond that hit's:
-// 1. A ray alone meets a plane p at fl(fl(p - o) * r), with o = fl(org +- D) and r its rdir: the
-//    operations of hits_box, which meets each box that holds a hit (docs/design/arithmetic.md,
-//    "Boxes").
-// 2. Let r > 0. Over the rays, O is the largest o of lower planes, R- the least r and R+ the
-//    largest. Rounding is monotone, so fl(p - O) = x <= fl(p - o), and fl(x * r) is not below both
-//    fl(x * R-) and fl(x * R+), since x * r lies between x * R- and x * R+.
-// 3. So the smaller of these two is an entry no later than that of step 1 for every ray of the
-//    bundle, bit for bit and without another epsilon.
-// 4. Exits, and r < 0, mirror steps 2 and 3, with the smallest o of upper planes.
-// 5. The least depth is made of these entries, of the largest depth margin, and of the earliest
-//    among the axes that are main axes of rays. All of it is monotone, so it is not beyond that of
-//    hits_box.
-// 6. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
-//    exit below 0.
+// Rays of one octant (the same sign of rdir on each axis): first all of them at once, with the
+// boxes for lanes, then each ray, as one ray is tested, with the rays for lanes.
 
 /// For each axis the ends of org +- D and of rdir over the rays, and the offset of the near planes.
 struct RayBundle {
@@ -214,7 +180,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
     };
     const SlotPlanes near[3] = {of_side(0, false), of_side(1, false), of_side(2, false)};
     const SlotPlanes far[3] = {of_side(0, true), of_side(1, true), of_side(2, true)};
-    for (std::uint32_t left = slots; left != 0; left &= left - 1) met[std::countr_zero(left)] = 0;
+    for (const std::uint32_t slot : BitsOf(slots)) met[slot] = 0;
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
         const auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);
         if (active == 0) continue;
@@ -227,8 +193,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
         }
         const FloatVec end =
             lanes::last_entry(load(stream.depth_margin + first), load(last + first));
-        for (std::uint32_t left = slots; left != 0; left &= left - 1) {
-            const auto slot = static_cast<std::uint32_t>(std::countr_zero(left));
+        for (const std::uint32_t slot : BitsOf(slots)) {
             FloatVec enter = zero();
             FloatVec leave = end;
             for (int axis = 0; axis < 3; ++axis) {

@@ -58,10 +58,9 @@ HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_
         const Node& node = bvh.nodes[index];
         const std::uint32_t slots = met(node);
         const std::uint32_t leaves = leaf_slots(node);
-        for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
-            if (!visit(bvh.leaves[leaf_of(child_of(node, first_bit(rest)))])) return false;
-        }
-        std::uint32_t rest = slots & ~leaves;
+        for (const std::uint32_t slot : BitsOf(slots & leaves))
+            if (!visit(bvh.leaves[leaf_of(child_of(node, slot))])) return false;
+        const std::uint32_t rest = slots & ~leaves;
         if (rest == 0) {
             if (size == 0) return true;
             index = stack[--size];
@@ -71,9 +70,9 @@ HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_
             index = child_of(node, slot);
             keep_branch(index);
         });
-        for (rest &= rest - 1; rest != 0; rest &= rest - 1) {
+        for (const std::uint32_t slot : BitsOf(rest & (rest - 1))) {
             assert(size < kMaxStack);
-            stack[size++] = child_of(node, first_bit(rest));
+            stack[size++] = child_of(node, slot);
         }
     }
 }
@@ -87,8 +86,7 @@ HWY_INLINE std::size_t push_others(const Node& node, std::uint32_t slots, const 
         keep_branch(nearest.child);
     });
     const std::size_t base = size;
-    for (slots &= slots - 1; slots != 0; slots &= slots - 1) {
-        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+    for (const std::uint32_t slot : BitsOf(slots & (slots - 1))) {
         StackEntry other = {bounds[slot], child_of(node, slot)};
         if (other.t_least < nearest.t_least) {
             std::swap(other, nearest);
@@ -184,14 +182,13 @@ HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::
         if constexpr (Tracer::kFrontToBack) farthest = largest_of(last, count);
         FloatVec least[kVectors];
         HWY_ALIGN PerSlot<float> t_least;
-        std::uint32_t slots = near_slots(bundle, farthest, node, least);
+        const std::uint32_t slots = near_slots(bundle, farthest, node, least);
         if (slots == 0) continue;
         for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
         PerSlot<std::uint64_t> met;
         rays_meeting(stream, bundle, last, rays, node, slots, met);
         const std::size_t base = size;
-        for (; slots != 0; slots &= slots - 1) {
-            const std::uint32_t slot = first_bit(slots);
+        for (const std::uint32_t slot : BitsOf(slots)) {
             if constexpr (Tracer::kFrontToBack) {
                 if (met[slot] == 0) continue;
                 insert_sorted(stack, base, size++,
@@ -477,8 +474,7 @@ private:
         HWY_ALIGN PerSlot<float> t_least;
         for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
         std::size_t size = 0;
-        for (std::uint32_t slots = met; slots != 0; slots &= slots - 1) {
-            const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+        for (const std::uint32_t slot : BitsOf(met)) {
             const std::uint32_t k =
                 (std::bit_cast<std::uint32_t>(t_least[slot]) & ~kSlotBits) | slot;
             std::size_t place = size++;
@@ -543,8 +539,7 @@ public:
     HWY_INLINE void trace_apart(std::uint64_t rays, std::uint32_t child) {
         if (!single_rays_.has_room_for(kTogetherAtNode))
             single_rays_.intersect(bvh_, stream_, closest_);
-        for (; rays != 0; rays &= rays - 1)
-            single_rays_.add(static_cast<std::uint32_t>(std::countr_zero(rays)), child);
+        for (const std::uint32_t ray : BitsOf(rays)) single_rays_.add(ray, child);
     }
     HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
         for_rays_of_leaf(
@@ -652,9 +647,9 @@ public:
     }
     HWY_INLINE void trace_apart(std::uint64_t rays, std::uint32_t child) {
         if (seed_count_ + kStreamRays > kSeeds) trace_seeds();
-        for (; rays != 0; rays &= rays - 1) {
+        for (const std::uint32_t ray : BitsOf(rays)) {
             inner_.child[kChunk + seed_count_] = child;
-            inner_.ray[kChunk + seed_count_++] = static_cast<std::uint32_t>(std::countr_zero(rays));
+            inner_.ray[kChunk + seed_count_++] = ray;
         }
     }
     HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
@@ -662,8 +657,7 @@ public:
             left_ &= ~rays_hitting(stream_, rays, leaf);
             return;
         }
-        for (; rays != 0; rays &= rays - 1)
-            trace_leaf_alone(static_cast<std::uint32_t>(std::countr_zero(rays)), leaf);
+        for (const std::uint32_t ray : BitsOf(rays)) trace_leaf_alone(ray, leaf);
     }
 
 private:

@@ -8,7 +8,7 @@
 #                (cpu/single_ray/leaf-inl.h), prepare_range (cpu/single_ray/ray_stream-inl.h)
 #   inputs       e: the error of a rounding; X = max(kSceneExtent, |org|) <= kCertainOrigin; Z <= 2.001 X the
 #                largest |z|, R the range of z; n, s: sums of |e| z and |e|; c = kCertainBound; 1 <= |dir.z| < 2
-#   by hand      the steps of cpu/single_ray/leaf-inl.h: signs beyond the bound are those of the
+#   by hand      the steps of docs/design/arithmetic.md: signs beyond the bound are those of the
 #                exact functions; deviations from a mean add up to at most 2 R <= 4 Z; bound / s <= 1 / c;
 #                s <= 3 M^2, so that M >= c r; e s covers what underflows
 #
