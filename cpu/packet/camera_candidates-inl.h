@@ -101,42 +101,24 @@ HWY_INLINE Mask candidates_in_chunk(UintVec candidates, std::uint32_t chunk) {
     return float_mask((candidates & splat(~(kChunkTriangles - 1))) == splat(chunk));
 }
 
-HWY_INLINE TriangleLanes triangles_in_slots(const Leaf& leaf, UintVec slots) {
-    TriangleLanes out;
-    const LeafColumns columns(leaf, [](FloatVec v, int) HWY_ATTR { return v; });
-    const LaneLookup at_slots(slots);
-    // Lookups are of floats, whatever their bits mean.
-    alignas(64) PerTriangle<float> corners;
-    alignas(64) PerTriangle<float> prim_ids;
-    std::memcpy(corners, columns.corners, sizeof corners);
-    std::memcpy(prim_ids, leaf.prim_id, sizeof prim_ids);
-    const UintVec packed = as_uint(at_slots(corners));
-    for (int axis = 0; axis < 3; ++axis) {
-        FloatVec at_corners[3];
-        gather_corners(columns.values[axis], packed, at_corners);
-        for (int k = 0; k < 3; ++k) out.corner[k][axis] = at_corners[k];
-    }
-    out.prim_ids = as_uint(at_slots(prim_ids));
-    return out;
-}
-
-/// The triangles of as many candidates as there are lanes, in scene space. `lanes` has at least one
-/// bit; the other lanes hold any value. One leaf is taken after the other, because neighbours have
-/// candidates in the same ones.
+/// The triangles of as many candidates as there are lanes, in scene space; only those of `lanes`.
 HWY_INLINE TriangleLanes candidate_triangles(const CameraPacket& packet,
                                              const std::uint32_t* candidates, std::uint32_t lanes) {
-    const UintVec ids = load(candidates);
-    TriangleLanes out;
-    for (auto& corner : out.corner) std::fill_n(corner, 3, zero());
-    out.prim_ids = splat(0u);
-    static_assert(kLeafTriangles == 16);
-    while (lanes != 0) {
-        const std::uint32_t leaf = triangle_leaf(candidates[first_bit(lanes)]);
-        const Mask own = float_mask(shift_right<4>(ids) == splat(leaf));
-        out.take(own, triangles_in_slots(*packet.hit_leaves[leaf].leaf,
-                                         ids & splat(kLeafTriangles - 1)));
-        lanes &= ~bits_of(own);
+    alignas(64) float corner[3][3][kLanes] = {};
+    alignas(64) std::uint32_t prim_ids[kLanes] = {};
+    for (const std::uint32_t lane : BitsOf(lanes)) {
+        const Leaf& leaf = *packet.hit_leaves[triangle_leaf(candidates[lane])].leaf;
+        const std::uint32_t slot = triangle_slot(candidates[lane]);
+        for (int k = 0; k < 3; ++k) {
+            const vec3 p = leaf_position(leaf, slot, static_cast<uint>(k));
+            for (int axis = 0; axis < 3; ++axis) corner[k][axis][lane] = p[axis];
+        }
+        prim_ids[lane] = leaf.prim_id[slot];
     }
+    TriangleLanes out;
+    for (int k = 0; k < 3; ++k)
+        for (int axis = 0; axis < 3; ++axis) out.corner[k][axis] = load(corner[k][axis]);
+    out.prim_ids = load(prim_ids);
     return out;
 }
 
@@ -195,8 +177,8 @@ public:
     /// Defers the rays `lanes` from `first` on with a triangle, given as a candidate. Requires
     /// !many().
     void add(std::size_t first, std::uint32_t lanes, std::uint32_t triangle) {
-        for (; lanes != 0; lanes &= lanes - 1) {
-            rays_[count_] = static_cast<std::uint32_t>(first) + first_bit(lanes);
+        for (const std::uint32_t lane : BitsOf(lanes)) {
+            rays_[count_] = static_cast<std::uint32_t>(first) + lane;
             triangles_[count_++] = triangle;
         }
     }
@@ -282,8 +264,7 @@ private:
             packet_.candidate[ray] = batch.triangles[l];
             const std::uint32_t block = ray / kBlockRays;
             changed.words[block / 64] |= std::uint64_t{1} << block % 64;
-            for (std::uint32_t later = hits & (hits - 1); later != 0; later &= later - 1) {
-                const std::uint32_t other = first_bit(later);
+            for (const std::uint32_t other : BitsOf(hits & (hits - 1))) {
                 if (batch.rays[other] != ray) continue;
                 batch.rivals |= 1u << other;
                 batch.best_t[other] = batch.t[l];

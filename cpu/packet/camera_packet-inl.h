@@ -135,22 +135,14 @@ public:
         for (std::size_t i = 0; i < kBlockRays / kLanes; ++i) {
             const FloatVec x = load(kGrid.offset_x + i * kLanes);
             const FloatVec y = load(kGrid.offset_y + i * kLanes);
-            more_[0][i] = mul_add(p.a0, x, p.b0 * y);
-            more_[1][i] = mul_add(p.a1, x, p.b1 * y);
-            more_[2][i] = mul_add(p.a2, x, p.b2 * y);
-            more_[3][i] = mul_add(p.depth_a, x, p.depth_b * y);
+            for (int k = 0; k < 4; ++k) more_[k][i] = mul_add(p.a[k], x, p.b[k] * y);
         }
         for (std::size_t i = 0; i < kVectors; ++i) {
             const FloatVec x = load(kGrid.middle + i * kLanes);
-            at_column_[0][i] = mul_add(p.a0, x, p.c0);
-            at_column_[1][i] = mul_add(p.a1, x, p.c1);
-            at_column_[2][i] = mul_add(p.a2, x, p.c2);
-            at_column_[3][i] = mul_add(p.depth_a, x, p.depth_c);
+            for (int k = 0; k < 4; ++k) at_column_[k][i] = mul_add(p.a[k], x, p.c[k]);
         }
-        most_[0] = most_in_block(p.a0, p.b0);
-        most_[1] = most_in_block(p.a1, p.b1);
-        most_[2] = most_in_block(p.a2, p.b2);
-        most_q_ = most_in_block(p.depth_a, p.depth_b) + p.error;
+        for (int k = 0; k < 4; ++k) most_[k] = most_in_block(p.a[k], p.b[k]);
+        most_[kDepthPlane] = most_[kDepthPlane] + p.error;
     }
 
     struct Values {
@@ -160,7 +152,7 @@ public:
         HWY_INLINE FloatVec least_edge(std::size_t l) const {
             return min3(value(0, l), value(1, l), value(2, l));
         }
-        HWY_INLINE FloatVec depth(std::size_t l) const { return value(3, l); }
+        HWY_INLINE FloatVec depth(std::size_t l) const { return value(kDepthPlane, l); }
 
     private:
         HWY_INLINE FloatVec value(int k, std::size_t l) const {
@@ -180,17 +172,15 @@ public:
             const FloatVec y = splat(kGrid.middle[first_row + i]);
             for (std::size_t k = 0; k < kVectors; ++k) {
                 const std::size_t l = i * kGridSide + k * kLanes;
-                const FloatVec u = mul_add(p.b0, y, at_column_[0][k]);
-                const FloatVec v = mul_add(p.b1, y, at_column_[1][k]);
-                const FloatVec w = mul_add(p.b2, y, at_column_[2][k]);
-                const FloatVec q = mul_add(p.depth_b, y, at_column_[3][k]);
-                store(u, middle_[0] + place + l);
-                store(v, middle_[1] + place + l);
-                store(w, middle_[2] + place + l);
-                store(q, middle_[3] + place + l);
-                const FloatVec least = min3(u + most_[0], v + most_[1], w + most_[2]);
+                FloatVec v[4];
+                for (int n = 0; n < 4; ++n) {
+                    v[n] = mul_add(p.b[n], y, at_column_[n][k]);
+                    store(v[n], middle_[n] + place + l);
+                }
+                const FloatVec least = min3(v[0] + most_[0], v[1] + most_[1], v[2] + most_[2]);
                 const Mask inside = least >= -p.bound;
-                const Mask near = q + most_q_ >= load(packet_.block_q + first_row * kGridSide + l);
+                const Mask near = v[kDepthPlane] + most_[kDepthPlane] >=
+                                  load(packet_.block_q + first_row * kGridSide + l);
                 met |= std::uint64_t{bits_of(inside & near)} << l;
             }
         }
@@ -210,7 +200,8 @@ private:
     const GridPlanes& planes_;
     std::uint64_t columns_;
     FloatVec more_[4][kBlockRays / kLanes], at_column_[4][kVectors];
-    FloatVec most_[3], most_q_;
+    /// How much larger each plane is at a ray of a block than in its middle, at most.
+    FloatVec most_[4];
     alignas(64) float middle_[4][8 * kGridSide];
 };
 
@@ -325,15 +316,15 @@ private:
     HWY_INLINE bool trace_few(const Leaf& leaf, const CameraTriangles& triangles, std::uint32_t few,
                               std::uint32_t first_candidate) {
         bool any_closer = false;
-        for (; few != 0; few &= few - 1) {
-            const std::uint32_t i = first_bit(few);
+        for (const std::uint32_t i : BitsOf(few)) {
             const GridPlanes planes(triangles, i);
             const std::uint32_t left = first_bit(triangles.columns[i]);
             const std::uint32_t top = first_bit(triangles.rows[i]);
             const int rows = std::popcount(triangles.rows[i]);
-            std::uint64_t met = (triangles.columns[i] >> left) * (kEachRow >> 16 * (4 - rows));
-            for (; met != 0; met &= met - 1) {
-                const std::uint32_t block = top * kGridSide + left + first_bit(met);
+            const std::uint64_t met =
+                (triangles.columns[i] >> left) * (kEachRow >> 16 * (4 - rows));
+            for (const std::uint32_t k : BitsOf(met)) {
+                const std::uint32_t block = top * kGridSide + left + k;
                 any_closer |=
                     trace_item(planes, BlockValues{planes, block}, block, first_candidate + i);
             }
@@ -348,8 +339,7 @@ private:
                                std::uint32_t many, const BlockSet& blocks,
                                std::uint32_t first_candidate) {
         bool any_closer = false;
-        for (; many != 0; many &= many - 1) {
-            const std::uint32_t i = first_bit(many);
+        for (const std::uint32_t i : BitsOf(many)) {
             const GridPlanes planes(triangles, i);
             RowPlanes grid(packet_, planes, triangles.columns[i]);
             const std::uint32_t rows = triangles.rows[i];
@@ -380,12 +370,11 @@ private:
     HWY_NOINLINE void trace_unoriented(const Leaf& leaf, const CameraTriangles& triangles,
                                        std::uint32_t unoriented, const BlockSet& blocks,
                                        std::uint32_t first_candidate) {
-        for (; unoriented != 0; unoriented &= unoriented - 1) {
-            const std::uint32_t i = first_bit(unoriented);
+        for (const std::uint32_t i : BitsOf(unoriented)) {
             const GridPlanes planes(triangles, i);
             for (std::uint32_t w = 0; w < kGridWords; ++w) {
-                for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
-                    const std::uint32_t block = 64 * w + first_bit(rest);
+                for (const std::uint32_t bit : BitsOf(blocks.words[w])) {
+                    const std::uint32_t block = 64 * w + bit;
                     const float* const x = kGrid.x[block % kGridSide];
                     const float* const y = kGrid.y[block / kGridSide];
                     for (std::uint32_t l = 0; l < kBlockRays; l += kLanes) {
@@ -473,8 +462,7 @@ public:
         GridRanges ranges;
         to_grid(packet_.frame.grid_margin, active.pixels, children.rectangles, ranges);
         std::uint32_t kept = 0;
-        for (; slots != 0; slots &= slots - 1) {
-            const std::uint32_t slot = first_bit(slots);
+        for (const std::uint32_t slot : BitsOf(slots)) {
             if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], active.blocks,
                                 active_at[slot].blocks))
                 continue;

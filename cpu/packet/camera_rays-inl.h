@@ -562,9 +562,8 @@ private:
         rough &= rest;
         if (static_cast<std::uint32_t>(std::popcount(rough)) * 2 >= kLanes)
             rest &= ~refine_rough(first, rough, hit);
-        for (; rest != 0; rest &= rest - 1) {
-            fallback_[fallback_count_++] = static_cast<std::uint16_t>(first + first_bit(rest));
-        }
+        for (const std::uint32_t lane : BitsOf(rest))
+            fallback_[fallback_count_++] = static_cast<std::uint16_t>(first + lane);
     }
 
     /// Refines hits of rough rays, and returns which. Neighbours have the same triangle, whose

@@ -160,8 +160,8 @@ HWY_INLINE bool has_block(const LightPacketBlocks& blocks, std::uint32_t block) 
 template <class Visit>
 HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
     for (std::uint32_t group = 0; group < kLightPacketGroups; ++group) {
-        for (std::uint32_t own = blocks.of_group[group]; own != 0; own &= own - 1)
-            visit(group * kGroupBlocks + first_bit(own));
+        for (const std::uint32_t own : BitsOf(blocks.of_group[group]))
+            visit(group * kGroupBlocks + own);
     }
 }
 

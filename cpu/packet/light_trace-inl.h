@@ -69,19 +69,19 @@ HWY_INLINE QuadSet quads_in(const LightPacket& packet, const RectangleLanes& rec
 HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangles& r,
                                       const float* q, std::uint32_t slots, const QuadSet& among,
                                       QuadSet* quads_of) {
-    for (std::uint32_t rest = slots; rest != 0; rest &= rest - 1) quads_of[first_bit(rest)] = {};
+    for (const std::uint32_t slot : BitsOf(slots)) quads_of[slot] = {};
     std::uint32_t kept = 0;
     for (std::uint32_t word = 0; word < 2; ++word) {
         for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
             const std::size_t k = 64 * word + first_bit(rest);
             const RectangleLanes quad(packet.quads[k]);
             const FloatVec quad_q = splat(packet.quad_q[k]);
-            std::uint32_t met = slots & bits_of_sixteen([&](std::size_t l) HWY_ATTR {
-                                    const Mask near = load(q + l) >= quad_q;
-                                    return near & RectangleLanes(r, l).meets(quad);
-                                });
+            const std::uint32_t met = slots & bits_of_sixteen([&](std::size_t l) HWY_ATTR {
+                                          const Mask near = load(q + l) >= quad_q;
+                                          return near & RectangleLanes(r, l).meets(quad);
+                                      });
             kept |= met;
-            for (; met != 0; met &= met - 1) quads_of[first_bit(met)].words[word] |= rest & -rest;
+            for (const std::uint32_t slot : BitsOf(met)) quads_of[slot].words[word] |= rest & -rest;
         }
     }
     return kept;
@@ -203,17 +203,14 @@ struct Position {
 /// A set-up triangle in registers, for certainly_misses(): the largest edge functions and 1/z.
 struct MissPlanes : Planes {
     HWY_INLINE MissPlanes(const LightTriangles& triangles, std::uint32_t i) : Planes(triangles, i) {
-        c0 = splat(triangles.most_c[0][i]);
-        c1 = splat(triangles.most_c[1][i]);
-        c2 = splat(triangles.most_c[2][i]);
-        depth_c = splat(triangles.most_q[i]);
+        for (int k = 0; k < 4; ++k) c[k] = splat(triangles.most_c[k][i]);
     }
 };
 
 /// Whether all rays of a block certainly miss a triangle or hit it beyond their limits. It decides
-/// less than Position but costs less, since its constants are found once a leaf: most_c and most_q
-/// hold the bounds of edge functions and of 1/z, and all roundings (lab/proofs/packet_any.g). A ray
-/// outside the triangle's rectangle, of which the bounds say nothing, misses.
+/// less than Position but costs less, since its constants are found once a leaf: most_c holds the
+/// bounds of edge functions and of 1/z, and all roundings (lab/proofs/packet_any.g). A ray outside
+/// the triangle's rectangle, of which the bounds say nothing, misses.
 HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
                                  std::uint32_t block) {
     Mask all_miss = zero() == zero();
@@ -243,12 +240,11 @@ struct MiddleRectangles {
 
 /// An edge of triangles against rectangles that are the bounds of blocks or of groups; a triangle
 /// and a rectangle a lane. `highest` is an upper bound of the edge function plus its bound over a
-/// rectangle, `lowest` of its negative plus the bound: if less than limit(bound), the function is
-/// certainly below -bound, or above bound, for all rays there (lab/proofs/packet_any.g).
+/// rectangle, `lowest` of its negative plus the bound: if less than -kBlockBound * bound, the
+/// function is certainly below -bound, or above bound, for all rays there
+/// (lab/proofs/packet_any.g).
 struct EdgeRange {
     FloatVec a, b, most_c, most_minus_c;
-
-    HWY_INLINE static FloatVec limit(FloatVec bound) { return splat(-kBlockBound) * bound; }
 
     HWY_INLINE FloatVec highest(const MiddleRectangles& r) const {
         return extent(r, mul_add(a, r.x, mul_add(b, r.y, most_c)));
@@ -263,75 +259,64 @@ private:
     }
 };
 
-/// The edges of one triangle against many rectangles. kOriented: edge functions are positive
-/// inside, so that a ray misses where one is below -bound. Else they have one sign inside, and
-/// another function must be above bound as well.
-template <bool kOriented>
+/// The edges and the plane of triangles against rectangles; a triangle and a rectangle a lane.
 class Outline {
 public:
-    HWY_INLINE Outline(const LightTriangles& triangles, std::uint32_t i)
-        : limit_(EdgeRange::limit(splat(triangles.bound[i]))) {
-        for (int k = 0; k < 3; ++k) {
-            const float most_minus_c = kMissBound * triangles.bound[i] - triangles.c[k][i];
-            edges_[k] = {splat(triangles.a[k][i]), splat(triangles.b[k][i]),
-                         splat(triangles.most_c[k][i]), splat(most_minus_c)};
+    /// at(values): a vector of the triangles' values, from those of a leaf.
+    template <class At>
+    HWY_INLINE Outline(const LightTriangles& t, At at) {
+        const FloatVec bound = at(t.bound);
+        limit_ = splat(-kBlockBound) * bound;
+        for (int k = 0; k < 4; ++k) {
+            planes_[k] = {at(t.a[k]), at(t.b[k]), at(t.most_c[k]),
+                          splat(kMissBound) * bound - at(t.c[k])};
         }
-        const float gradient = std::abs(triangles.depth_a[i]) + std::abs(triangles.depth_b[i]);
-        depth_a_ = splat(triangles.depth_a[i]);
-        depth_b_ = splat(triangles.depth_b[i]);
-        most_q_ = splat(triangles.most_q[i] + kBlockGradient * gradient);
+        EdgeRange& depth = planes_[kDepthPlane];
+        depth.most_c = depth.most_c + splat(kBlockGradient) * (abs(depth.a) + abs(depth.b));
     }
 
     /// The blocks whose rays all end before they reach the triangle: block_q is the least 1/z of
     /// their ends. kBlockGradient covers what is rounded here (lab/proofs/packet_any.g).
     HWY_INLINE Mask is_beyond(const MiddleRectangles& r, FloatVec block_q) const {
-        const FloatVec middle = mul_add(depth_a_, r.x, mul_add(depth_b_, r.y, most_q_));
-        const FloatVec most =
-            mul_add(abs(depth_a_), r.half_x, mul_add(abs(depth_b_), r.half_y, middle));
-        return most < block_q;
+        return planes_[kDepthPlane].highest(r) < block_q;
     }
 
-    /// The rectangles of which no ray hits the triangle.
+    /// The rectangles for which an edge function is below its bound, or above it: no ray hits an
+    /// oriented triangle where one is below, another one where both are true.
+    HWY_INLINE Mask is_below(const MiddleRectangles& r) const {
+        return min3(planes_[0].highest(r), planes_[1].highest(r), planes_[2].highest(r)) < limit_;
+    }
+    HWY_INLINE Mask is_above(const MiddleRectangles& r) const {
+        return min3(planes_[0].lowest(r), planes_[1].lowest(r), planes_[2].lowest(r)) < limit_;
+    }
+    template <bool kOriented>
     HWY_INLINE Mask excludes(const MiddleRectangles& r) const {
-        const FloatVec high =
-            min3(edges_[0].highest(r), edges_[1].highest(r), edges_[2].highest(r));
-        if constexpr (kOriented) return high < limit_;
-        const FloatVec low = min3(edges_[0].lowest(r), edges_[1].lowest(r), edges_[2].lowest(r));
-        return (high < limit_) & (low < limit_);
+        if constexpr (kOriented) return is_below(r);
+        return is_below(r) & is_above(r);
     }
 
 private:
-    EdgeRange edges_[3];
+    EdgeRange planes_[4];
     FloatVec limit_;
-    FloatVec depth_a_, depth_b_, most_q_;
 };
 
-/// The triangles of a leaf that their edges do not exclude from a rectangle, as bits: Outline for
-/// all triangles at once.
+/// The triangles of a leaf that their edges do not exclude from a rectangle, as bits.
 HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
                                            const PlaneRectangle& rectangle) {
     const MiddleRectangles r{RectangleLanes(rectangle)};
     std::uint32_t below = 0;
     std::uint32_t above = 0;
     for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
-        const FloatVec bound = load(triangles.bound + l);
-        const FloatVec limit = EdgeRange::limit(bound);
-        FloatVec high[3], low[3];
-        for (int k = 0; k < 3; ++k) {
-            const FloatVec most_minus_c = splat(kMissBound) * bound - load(triangles.c[k] + l);
-            const EdgeRange edge = {load(triangles.a[k] + l), load(triangles.b[k] + l),
-                                    load(triangles.most_c[k] + l), most_minus_c};
-            high[k] = edge.highest(r);
-            low[k] = edge.lowest(r);
-        }
-        below |= bits_of(min3(high[0], high[1], high[2]) < limit) << l;
-        above |= bits_of(min3(low[0], low[1], low[2]) < limit) << l;
+        const Outline some(triangles,
+                           [l](const PerTriangle<float>& v) HWY_ATTR { return load(v + l); });
+        below |= bits_of(some.is_below(r)) << l;
+        above |= bits_of(some.is_above(r)) << l;
     }
     return ~(below & (above | ~triangles.unoriented));
 }
 
 /// The blocks of a group that reach an oriented triangle, or may, as bits.
-HWY_INLINE std::uint32_t blocks_reaching(const LightPacket& packet, const Outline<true>& outline,
+HWY_INLINE std::uint32_t blocks_reaching(const LightPacket& packet, const Outline& outline,
                                          std::uint32_t group) {
     return bits_of_sixteen([&](std::size_t l) HWY_ATTR {
         const std::size_t block = group * kGroupBlocks + l;
@@ -342,25 +327,24 @@ HWY_INLINE std::uint32_t blocks_reaching(const LightPacket& packet, const Outlin
 
 /// The blocks of a group that an outline does not exclude, as bits.
 template <bool kOriented>
-HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet,
-                                        const Outline<kOriented>& outline, std::uint32_t group) {
+HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet, const Outline& outline,
+                                        std::uint32_t group) {
     return bits_of_sixteen([&](std::size_t l) HWY_ATTR {
         const RectangleLanes own(packet.blocks, group * kGroupBlocks + l);
-        return !outline.excludes(MiddleRectangles(own));
+        return !outline.excludes<kOriented>(MiddleRectangles(own));
     });
 }
 
 /// The groups that meet a rectangle and that an outline does not exclude, as bits.
 template <bool kOriented>
-HWY_INLINE std::uint32_t groups_through(const LightPacket& packet,
-                                        const Outline<kOriented>& outline,
+HWY_INLINE std::uint32_t groups_through(const LightPacket& packet, const Outline& outline,
                                         const RectangleLanes& rectangle) {
     std::uint32_t through = 0;
     const std::size_t end =
         packet.regrouped_count == 0 ? kLightPacketGroups / 2 : kLightPacketGroups;
     for (std::size_t l = 0; l < end; l += kLanes) {
         const RectangleLanes own(packet.groups, l);
-        const Mask outside = outline.excludes(MiddleRectangles(own));
+        const Mask outside = outline.excludes<kOriented>(MiddleRectangles(own));
         through |= bits_of(and_not(outside, rectangle.meets(own))) << l;
     }
     return through;
@@ -378,7 +362,7 @@ HWY_INLINE std::size_t append_bits(std::uint32_t* numbers, std::size_t count, st
     store_unaligned(hn::Compress(all, uint_mask(mask_of(mask))), numbers + count);
     return count + hwy::PopCount(mask);
 #else
-    for (; mask != 0; mask &= mask - 1) numbers[count++] = first + first_bit(mask);
+    for (const std::uint32_t bit : BitsOf(mask)) numbers[count++] = first + bit;
     return count;
 #endif
 }
@@ -441,10 +425,9 @@ private:
         for (std::uint32_t word = 0; word < 2; ++word) {
             // The first quad of each group that has some.
             const std::uint64_t pairs = quads.words[word] | quads.words[word] >> 1;
-            std::uint64_t groups = (pairs | pairs >> 2) & 0x1111111111111111;
-            for (; groups != 0; groups &= groups - 1) {
-                const std::uint32_t group =
-                    (64 * word + first_bit(groups)) / (kGroupBlocks / kQuadBlocks);
+            const std::uint64_t groups = (pairs | pairs >> 2) & 0x1111111111111111;
+            for (const std::uint32_t quad : BitsOf(groups)) {
+                const std::uint32_t group = (64 * word + quad) / (kGroupBlocks / kQuadBlocks);
                 const std::uint32_t blocks = blocks_in(packet_, own, q, group);
                 grouped_.groups |= (blocks != 0 ? 1u : 0u) << group;
                 grouped_.of_group[group] = blocks;
@@ -475,10 +458,8 @@ private:
 
     HWY_INLINE void list_blocks() {
         std::size_t count = 0;
-        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
-            const std::uint32_t group = first_bit(rest);
+        for (const std::uint32_t group : BitsOf(grouped_.groups))
             count = append_bits(blocks_, count, group * kGroupBlocks, grouped_.of_group[group]);
-        }
     }
 
     /// Lists in items_ the items of blocks_[begin, end) and the triangles that meet them. Returns
@@ -514,8 +495,7 @@ private:
 
     HWY_INLINE PlaneRectangle around_groups() const {
         PlaneRectangle r = PlaneRectangle::none();
-        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1)
-            r.add(packet_.groups[first_bit(rest)]);
+        for (const std::uint32_t group : BitsOf(grouped_.groups)) r.add(packet_.groups[group]);
         return r;
     }
 
@@ -558,8 +538,7 @@ private:
 
     HWY_NOINLINE void trace_unoriented(const Leaf& leaf, std::uint32_t unoriented) {
         unoriented &= triangles_through(triangles_, around_groups());
-        for (; unoriented != 0; unoriented &= unoriented - 1) {
-            const std::uint32_t i = first_bit(unoriented);
+        for (const std::uint32_t i : BitsOf(unoriented)) {
             const std::size_t count = list_blocks_of<false>(i, 0);
             for (std::size_t k = 0; k < count; ++k) occlude_unoriented(leaf, blocks_[k], i);
         }
@@ -571,21 +550,21 @@ private:
     HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::size_t count) {
         const RectangleLanes rectangle(triangles_.rectangles[i]);
         const float q = triangles_.q[i];
-        const Outline<kOriented> outline(triangles_, i);
-        const std::uint32_t groups = grouped_.groups & groups_through(packet_, outline, rectangle);
+        const Outline outline(triangles_,
+                              [i](const PerTriangle<float>& v) HWY_ATTR { return splat(v[i]); });
+        const std::uint32_t groups =
+            grouped_.groups & groups_through<kOriented>(packet_, outline, rectangle);
         std::uint32_t of_group[kLightPacketGroups];
         std::size_t found = 0;
-        for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
-            const std::uint32_t group = first_bit(rest);
+        for (const std::uint32_t group : BitsOf(groups)) {
             of_group[group] = grouped_.of_group[group] & blocks_in(packet_, rectangle, q, group);
             if constexpr (kOriented) of_group[group] &= blocks_reaching(packet_, outline, group);
             found += hwy::PopCount(of_group[group]);
         }
         const bool by_edges = !kOriented || found > kManyOfTriangle;
-        for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
-            const std::uint32_t group = first_bit(rest);
+        for (const std::uint32_t group : BitsOf(groups)) {
             std::uint32_t blocks = of_group[group];
-            if (by_edges) blocks &= blocks_through(packet_, outline, group);
+            if (by_edges) blocks &= blocks_through<kOriented>(packet_, outline, group);
             count = append_bits(blocks_, count, group * kGroupBlocks, blocks);
         }
         return count;
@@ -683,17 +662,13 @@ public:
         if (active.quads.count() <= kFewQuads) {
             kept = few_quads_in(packet_, r, children.q, slots, active.quads, quads_of);
         } else {
-            for (; slots != 0; slots &= slots - 1) {
-                const std::uint32_t slot = first_bit(slots);
+            for (const std::uint32_t slot : BitsOf(slots)) {
                 const RectangleLanes box(r[slot]);
                 quads_of[slot] = quads_in(packet_, box, children.q[slot], active.quads);
                 kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
             }
         }
-        for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
-            const std::uint32_t slot = first_bit(rest);
-            active_at[slot] = {quads_of[slot], r[slot]};
-        }
+        for (const std::uint32_t slot : BitsOf(kept)) active_at[slot] = {quads_of[slot], r[slot]};
         return kept;
     }
 

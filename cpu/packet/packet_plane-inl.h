@@ -410,8 +410,7 @@ private:
         const std::uint32_t kept = tracer_.find_active(children, hits, active, active_at);
         alignas(64) PerSlot<std::int32_t> order;
         order_of(children.q, order);
-        for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
-            const std::uint32_t slot = first_bit(rest);
+        for (const std::uint32_t slot : BitsOf(kept)) {
             assert(child_of(node, slot) != kEmptyChild);
             stack_[size_ + hwy::PopCount(kept & slots_before(order, order[slot]))] = {
                 active_at[slot], children.q[slot], child_of(node, slot)};

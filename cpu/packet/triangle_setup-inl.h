@@ -170,13 +170,14 @@ struct TrianglePlaneSet {
 
 // ---- Set-up triangles
 
-/// Sixteen triangles of a leaf, set up: edge functions a[k] x + b[k] y + c[k] of the packet's
-/// plane, positive inside, off by at most `bound`; and 1/z = depth_a x + depth_b y + depth_c. Edge
-/// functions of unoriented triangles may be positive or negative inside, and nothing is known of
-/// their 1/z.
+/// The plane of 1/z among those of a set-up triangle; the others are edge functions.
+inline constexpr int kDepthPlane = 3;
+
+/// Sixteen triangles of a leaf, set up: planes a[k] x + b[k] y + c[k] over the packet's plane. Edge
+/// functions are positive inside, off by at most `bound`. Those of unoriented triangles may be
+/// positive or negative inside, and nothing is known of their 1/z.
 struct alignas(64) SetUpTriangles {
-    PerTriangle<float> a[3], b[3], c[3];
-    PerTriangle<float> depth_a, depth_b, depth_c;
+    PerTriangle<float> a[4], b[4], c[4];
     PerTriangle<float> bound;
 };
 
@@ -195,8 +196,8 @@ struct CameraTriangles : SetUpTriangles {
 struct LightTriangles : SetUpTriangles {
     PerTriangle<float> c0, c1, c2, q;
     Rectangles rectangles;
-    /// c plus kMissBound * bound, and depth_c plus the largest error (MissPlanes).
-    PerTriangle<float> most_c[3], most_q;
+    /// c plus kMissBound * bound, and that of 1/z plus the largest error (MissPlanes).
+    PerTriangle<float> most_c[4];
     /// As bits. Triangles with a vertex `behind`, not in front of the origin, have the whole plane.
     std::uint32_t unoriented, behind;
 };
@@ -204,44 +205,31 @@ struct LightTriangles : SetUpTriangles {
 /// A set-up triangle in registers, for all its (triangle, block) items.
 struct Planes {
     HWY_INLINE Planes(const SetUpTriangles& triangles, std::uint32_t i)
-        : a0(splat(triangles.a[0][i])),
-          a1(splat(triangles.a[1][i])),
-          a2(splat(triangles.a[2][i])),
-          b0(splat(triangles.b[0][i])),
-          b1(splat(triangles.b[1][i])),
-          b2(splat(triangles.b[2][i])),
-          c0(splat(triangles.c[0][i])),
-          c1(splat(triangles.c[1][i])),
-          c2(splat(triangles.c[2][i])),
-          depth_a(splat(triangles.depth_a[i])),
-          depth_b(splat(triangles.depth_b[i])),
-          depth_c(splat(triangles.depth_c[i])),
-          bound(splat(triangles.bound[i])) {}
+        : bound(splat(triangles.bound[i])) {
+        for (int k = 0; k < 4; ++k) {
+            a[k] = splat(triangles.a[k][i]);
+            b[k] = splat(triangles.b[k][i]);
+            c[k] = splat(triangles.c[k][i]);
+        }
+    }
 
     /// The least edge function at as many rays (x, y) as there are lanes.
     HWY_INLINE FloatVec least_edge(FloatVec x, FloatVec y) const {
-        const EdgeValues e = edges(x, y);
-        return min3(e.u, e.v, e.w);
+        return min3(at(0, x, y), at(1, x, y), at(2, x, y));
     }
     /// The rays that may hit an unoriented triangle: rays of which no two edge functions beyond
     /// the bound have opposite signs.
     HWY_INLINE Mask may_be_inside(FloatVec x, FloatVec y) const {
-        const EdgeValues e = edges(x, y);
-        return !((min3(e.u, e.v, e.w) < -bound) & (max3(e.u, e.v, e.w) > bound));
+        const FloatVec u = at(0, x, y), v = at(1, x, y), w = at(2, x, y);
+        return !((min3(u, v, w) < -bound) & (max3(u, v, w) > bound));
     }
-    HWY_INLINE FloatVec depth(FloatVec x, FloatVec y) const {
-        return mul_add(depth_a, x, mul_add(depth_b, y, depth_c));
-    }
+    HWY_INLINE FloatVec depth(FloatVec x, FloatVec y) const { return at(kDepthPlane, x, y); }
 
-    FloatVec a0, a1, a2, b0, b1, b2, c0, c1, c2, depth_a, depth_b, depth_c, bound;
+    FloatVec a[4], b[4], c[4], bound;
 
 private:
-    struct EdgeValues {
-        FloatVec u, v, w;
-    };
-    HWY_INLINE EdgeValues edges(FloatVec x, FloatVec y) const {
-        return {mul_add(a0, x, mul_add(b0, y, c0)), mul_add(a1, x, mul_add(b1, y, c1)),
-                mul_add(a2, x, mul_add(b2, y, c2))};
+    HWY_INLINE FloatVec at(int k, FloatVec x, FloatVec y) const {
+        return mul_add(a[k], x, mul_add(b[k], y, c[k]));
     }
 };
 
@@ -640,7 +628,7 @@ private:
     }
 
     /// Stores 1/z and its error: a camera packet's for the whole rectangle, a light packet's by q,
-    /// and the largest one in most_q (MissPlanes).
+    /// and the largest one in most_c (MissPlanes).
     HWY_INLINE void store_depth(const DepthBounds& bounds, const TriangleVertices& v,
                                 const TriangleRectangles& p, const TriangleLaterals& s,
                                 const TrianglePlaneSet& planes, Triangles& out,
@@ -649,9 +637,9 @@ private:
         const FloatVec least_det = splat(kLeastSlantVolume) * (splat(1.0f) + s.size + v.z_size);
         const Mask usable = planes.oriented & (abs(planes.det) > least_det);
         const DepthPlanes depth = bounds.find(v, p, s, planes, usable);
-        store(depth.a, out.depth_a + l);
-        store(depth.b, out.depth_b + l);
-        store(depth.c, out.depth_c + l);
+        store(depth.a, out.a[kDepthPlane] + l);
+        store(depth.b, out.b[kDepthPlane] + l);
+        store(depth.c, out.c[kDepthPlane] + l);
         const FloatVec error = depth.error_at(depth.most_q);
         const FloatVec upper = depth.most_q + error;
         const Mask is_far = upper * depth.c2 <= splat(kFarDepth);
@@ -669,7 +657,7 @@ private:
             store(depth.c2, out.c2 + l);
             const FloatVec rounded = mul_add(splat(kMissGradient), depth.gradient,
                                              splat(kLightErrorFactor) * depth.error_at(nearest));
-            store(depth.c + rounded, out.most_q + l);
+            store(depth.c + rounded, out.most_c[kDepthPlane] + l);
         }
     }
 
