@@ -21,7 +21,6 @@ struct SeesAll {
 };
 template <class Sees>
 inline constexpr bool kSeesAll = std::is_same_v<Sees, SeesAll>;
-inline constexpr auto kUnfiltered = [](std::size_t) { return SeesAll{}; };
 
 /// The triangles that exist for a ray or point of a query.
 struct SeesSome {
@@ -32,19 +31,18 @@ struct SeesSome {
     bool hides(std::size_t subtree) const { return filter.hides && filter.hides(asked, subtree); }
 };
 
-/// Calls work(sees_of), where sees_of(i) is the filter of ray or point i of a query.
-template <class Query, class Work>
-HWY_INLINE void with_filter(const Query& query, Work work) {
-    if (query.filter == nullptr) return work(kUnfiltered);
-    work([&](std::size_t i) { return SeesSome{*query.filter, i}; });
+/// Calls answer(i, sees) for `count` rays or points of a query with the filter of each.
+HWY_INLINE void for_each_asked(const auto& query, std::size_t count, auto answer) {
+    for (std::size_t i = 0; i < count; ++i) {
+        query.watch.throw_if_cancelled();
+        query.filter == nullptr ? answer(i, SeesAll{}) : answer(i, SeesSome{*query.filter, i});
+    }
 }
 
-template <class Sees>
-HWY_INLINE bool hides_node(const Bvh& bvh, const Node& node, Sees sees) {
+HWY_INLINE bool hides_node(const Bvh& bvh, const Node& node, auto sees) {
     return sees.hides(static_cast<std::size_t>(&node - bvh.nodes.data()));
 }
-template <class Sees>
-HWY_INLINE bool hides_leaf(const Bvh& bvh, const Leaf& leaf, Sees sees) {
+HWY_INLINE bool hides_leaf(const Bvh& bvh, const Leaf& leaf, auto sees) {
     return sees.hides(bvh.nodes.size() + static_cast<std::size_t>(&leaf - bvh.leaves.data()));
 }
 
@@ -88,9 +86,7 @@ HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
 template <class Sees>
 HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing,
                                        Sees sees) {
-    RayStream stream;
-    prepare_one(stream, ray);
-    stream.crossing = crossing;
+    const RayStream stream = stream_of_one(ray, crossing);
     std::uint64_t count = 0;
     const auto add = [&](std::uint32_t, const TriangleHit& hit) { count = with_hit(count, hit); };
     for_each_hit(bvh, stream, 0, 0, add, sees);
@@ -181,19 +177,17 @@ inline bool comes_before(const Hit& a, const Hit& b) {
 }
 
 /// Keeps the first `most` of the hits from `first` on, in any order.
-inline void keep_first(std::vector<Hit>& hits, std::size_t first, std::size_t most) {
+HWY_NOINLINE inline void keep_first(std::vector<Hit>& hits, std::size_t first, std::size_t most) {
     if (hits.size() - first <= most) return;
-    const auto begin = hits.begin() + static_cast<std::ptrdiff_t>(first);
-    std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(most), hits.end(), comes_before);
+    const auto own = std::span(hits).subspan(first);
+    std::ranges::nth_element(own, own.begin() + static_cast<std::ptrdiff_t>(most), comes_before);
     hits.resize(first + most);
 }
 
 template <class Sees>
 HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, std::uint32_t most,
                              HitLists& lists, Sees sees) {
-    RayStream stream;
-    prepare_one(stream, ray);
-    stream.crossing = crossing;
+    const RayStream stream = stream_of_one(ray, crossing);
     const std::size_t first = lists.hits.size();
     // So that a list that is full costs little: twice as many are kept before the rest is dropped.
     const std::size_t room = 2 * std::size_t{most} + 16;
@@ -205,8 +199,7 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, 
     };
     for_each_hit(bvh, stream, 0, 0, list, sees);
     keep_first(lists.hits, first, most);
-    std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
-              comes_before);
+    std::ranges::sort(std::span(lists.hits).subspan(first), comes_before);
     lists.listed.push_back(static_cast<std::uint32_t>(lists.hits.size() - first));
     lists.total.push_back(total);
 }
@@ -238,9 +231,7 @@ HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const Hit
                            Sees sees) {
     ray.tnear = std::max(ray.tnear, after.t);
     if (!(ray.tnear <= ray.tfar)) return no_hit();
-    RayStream stream;
-    prepare_one(stream, ray);
-    stream.crossing = crossing;
+    const RayStream stream = stream_of_one(ray, crossing);
     const std::uint32_t axis = stream.axis[0];
     if (axis == 0) return next_hit_along<0>(bvh, stream, after, sees);
     if (axis == 1) return next_hit_along<1>(bvh, stream, after, sees);
@@ -270,14 +261,10 @@ HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
 template <class Visit>
 HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf<2>(leaf, 2);
-    LeafPoints points;
-    for (std::size_t v = 0; v < kVectors; ++v)
-        points.set(v, {vertices.x[v], vertices.y[v], vertices.z[v]});
+    const LeafPoints points(vertices, kInPlace);
     for (std::size_t v = 0; v < kVectors; ++v) {
         const VertexLookups at(vertices.local_vertices[v]);
-        const lanes::Float3 a = points.look_up(at.a);
-        const lanes::Float3 b = points.look_up(at.b);
-        const lanes::Float3 c = points.look_up(at.c);
+        const auto [a, b, c] = points.look_up(at);
         const Mask used =
             used_lanes(vertices.local_vertices[v], v) & lanes::finite_vertices(a, b, c);
         const auto slot_of = [v](std::uint32_t lane) {
@@ -305,21 +292,16 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::
                     if (sees(repeat.prim_id)) visit(repeat.prim_id);
             }
         };
-        if (kSeesAll<Sees> && bvh.repeated.empty()) [[likely]] {
-            const auto up = static_cast<std::int32_t>(count(crossing.is_up & used));
-            const auto down = static_cast<std::int32_t>(count(crossing.is_down & used));
-            winding.winding += up - down;
-            winding.crossings += static_cast<std::uint32_t>(up + down);
-        } else {
-            for_each_prim(crossing.is_up, [&](std::uint32_t) {
-                ++winding.winding;
-                ++winding.crossings;
-            });
-            for_each_prim(crossing.is_down, [&](std::uint32_t) {
-                --winding.winding;
-                ++winding.crossings;
-            });
-        }
+        const auto count_of = [&](Mask of) HWY_ATTR {
+            if (kSeesAll<Sees> && bvh.repeated.empty()) [[likely]]
+                return static_cast<std::int32_t>(count(of & used));
+            std::int32_t seen = 0;
+            for_each_prim(of, [&](std::uint32_t) { ++seen; });
+            return seen;
+        };
+        const std::int32_t up = count_of(crossing.is_up), down = count_of(crossing.is_down);
+        winding.winding += up - down;
+        winding.crossings += static_cast<std::uint32_t>(up + down);
         for_each_prim(crossing.is_uncertain, uncertain);
     });
 }
@@ -346,31 +328,24 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
     return winding;
 }
 
-/// At most kLanes points, and the corners of their box in all lanes. Lanes without a point have the
-/// last one.
-struct PointLanes {
-    lanes::Float3 p, lower, upper;
-
-    HWY_INLINE explicit PointLanes(std::span<const vec3> points) {
+/// Windings around points above each other, one a lane: they share nodes and leaves.
+class WindingBundle {
+public:
+    /// `points`, at most kLanes, come from clipped_point(). Lanes without a point have the last
+    /// one.
+    HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
+        : used_(mask_of((1u << points.size()) - 1)) {
         HWY_ALIGN float values[3][kLanes];
         for (std::size_t i = 0; i < kLanes; ++i) {
             const vec3& point = points[std::min(i, points.size() - 1)];
             for (int axis = 0; axis < 3; ++axis) values[axis][i] = point[axis];
         }
-        p = {load(values[0]), load(values[1]), load(values[2])};
-        lower = {hn::MinOfLanes(kFloats, p.x), hn::MinOfLanes(kFloats, p.y),
-                 hn::MinOfLanes(kFloats, p.z)};
-        upper = {hn::MaxOfLanes(kFloats, p.x), hn::MaxOfLanes(kFloats, p.y),
-                 hn::MaxOfLanes(kFloats, p.z)};
+        p_ = {load(values[0]), load(values[1]), load(values[2])};
+        lower_ = {hn::MinOfLanes(kFloats, p_.x), hn::MinOfLanes(kFloats, p_.y),
+                  hn::MinOfLanes(kFloats, p_.z)};
+        upper_ = {hn::MaxOfLanes(kFloats, p_.x), hn::MaxOfLanes(kFloats, p_.y),
+                  hn::MaxOfLanes(kFloats, p_.z)};
     }
-};
-
-/// Windings around points above each other, one a lane: they share nodes and leaves.
-class WindingBundle {
-public:
-    /// `points` come from clipped_point().
-    HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
-        : points_(points), used_(mask_of((1u << points.size()) - 1)) {}
 
     /// Calls uncertain(i, prim_id) where floats cannot decide. False: gave up after `most_leaves`.
     template <class Uncertain>
@@ -401,11 +376,9 @@ private:
     HWY_INLINE Mask may_cross_in(const BoxLanes& boxes) const {
         const FloatVec most = splat(kCoordinateError);
         const FloatVec least = splat(-kCoordinateError);
-        return (boxes.lower.x - points_.upper.x <= most) &
-               (boxes.upper.x - points_.lower.x >= least) &
-               (boxes.lower.y - points_.upper.y <= most) &
-               (boxes.upper.y - points_.lower.y >= least) &
-               (boxes.upper.z - points_.lower.z >= least);
+        return (boxes.lower.x - upper_.x <= most) & (boxes.upper.x - lower_.x >= least) &
+               (boxes.lower.y - upper_.y <= most) & (boxes.upper.y - lower_.y >= least) &
+               (boxes.upper.z - lower_.z >= least);
     }
 
     template <class Uncertain>
@@ -422,7 +395,7 @@ private:
     HWY_INLINE void wind_around(const Bvh& bvh, const Leaf& leaf, std::uint32_t slot,
                                 Uncertain& uncertain) {
         const TriangleCorners t = corners_in_lanes(leaf, slot);
-        const lanes::FloatCrossing crossing = lanes::float_crossing(points_.p, t.a, t.b, t.c);
+        const lanes::FloatCrossing crossing = lanes::float_crossing(p_, t.a, t.b, t.c);
         const std::uint32_t prim_id = leaf.prim_id[slot];
         const auto repeats = repeats_of(bvh.repeated, prim_id);
         const IntVec times = splat(static_cast<std::int32_t>(1 + repeats.size()));
@@ -439,7 +412,8 @@ private:
         }
     }
 
-    PointLanes points_;
+    /// The points, and the corners of their box in all lanes.
+    lanes::Float3 p_, lower_, upper_;
     Mask used_;
     IntVec winding_ = hn::Zero(kInts);
     IntVec crossings_ = hn::Zero(kInts);

@@ -13,11 +13,8 @@ namespace mray::cpu::HWY_NAMESPACE {
 void answer(const Bvh& bvh, const CountQuery& query) {
     const std::span<const Ray> rays = query.rays;
     if (rays.size() <= kCountedTogether || query.filter != nullptr) {
-        with_filter(query, [&](auto sees_of) HWY_ATTR {
-            for (std::size_t i = 0; i < rays.size(); ++i) {
-                query.watch.throw_if_cancelled();
-                query.counts[i] = count_hits_of(bvh, rays[i], query.crossing, sees_of(i));
-            }
+        for_each_asked(query, rays.size(), [&](std::size_t i, auto sees) HWY_ATTR {
+            query.counts[i] = count_hits_of(bvh, rays[i], query.crossing, sees);
         });
         return;
     }
@@ -29,21 +26,14 @@ void answer(const Bvh& bvh, const CountQuery& query) {
 }
 
 void answer(const Bvh& bvh, const ListQuery& query) {
-    with_filter(query, [&](auto sees_of) HWY_ATTR {
-        for (std::size_t i = 0; i < query.rays.size(); ++i) {
-            query.watch.throw_if_cancelled();
-            list_hits_of(bvh, query.rays[i], query.crossing, query.most, query.lists, sees_of(i));
-        }
+    for_each_asked(query, query.rays.size(), [&](std::size_t i, auto sees) HWY_ATTR {
+        list_hits_of(bvh, query.rays[i], query.crossing, query.most, query.lists, sees);
     });
 }
 
 void answer(const Bvh& bvh, const NextQuery& query) {
-    with_filter(query, [&](auto sees_of) HWY_ATTR {
-        for (std::size_t i = 0; i < query.rays.size(); ++i) {
-            query.watch.throw_if_cancelled();
-            query.hits[i] =
-                next_hit_of(bvh, query.rays[i], query.crossing, query.after[i], sees_of(i));
-        }
+    for_each_asked(query, query.rays.size(), [&](std::size_t i, auto sees) HWY_ATTR {
+        query.hits[i] = next_hit_of(bvh, query.rays[i], query.crossing, query.after[i], sees);
     });
 }
 
@@ -83,16 +73,10 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
         uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
     };
-    // Returns the number of leaves visited.
-    const auto wind_one_by_one = [&](std::size_t first, std::size_t count, auto sees_of) {
-        std::size_t leaves = 0;
-        for (std::size_t i = first; i < first + count; ++i) {
-            query.watch.throw_if_cancelled();
-            query.windings[i] =
-                wind_around(bvh, points[i], leaves, sees_of(i),
-                            [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
-        }
-        return leaves;
+    std::size_t leaves = 0;
+    const auto wind = [&](std::size_t i, auto sees) {
+        query.windings[i] = wind_around(bvh, points[i], leaves, sees,
+                                        [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
     };
     // Returns false for a bundle that was given up.
     const auto wind_together = [&](std::size_t first, std::size_t count, std::size_t most_leaves) {
@@ -124,24 +108,22 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
                 }
                 choice.gave_up();
             }
-            choice.add(count, wind_one_by_one(first, count, kUnfiltered));
+            leaves = 0;
+            for (std::size_t i = first; i < first + count; ++i) wind(i, SeesAll{});
+            choice.add(count, leaves);
         }
         return;
     }
-    with_filter(query, [&](auto sees_of) { wind_one_by_one(0, points.size(), sees_of); });
+    for_each_asked(query, points.size(), wind);
 }
 
 void answer(const Bvh& bvh, const ClosestQuery& query) {
-    with_filter(query, [&](auto sees_of) HWY_ATTR {
-        std::uint32_t near_leaf = kNoPrim;
-        NearTriangles near;
-        for (std::size_t i = 0; i < query.points.size(); ++i) {
-            query.watch.throw_if_cancelled();
-            ClosestSearch<false, decltype(sees_of(i))> search(query.points[i], query.most_d2,
-                                                              sees_of(i), near);
-            search.search(bvh, near_leaf);
-            query.closest[i] = search.closest();
-        }
+    std::uint32_t near_leaf = kNoPrim;
+    NearTriangles near;
+    for_each_asked(query, query.points.size(), [&](std::size_t i, auto sees) HWY_ATTR {
+        ClosestSearch<false, decltype(sees)> search(query.points[i], query.most_d2, sees, near);
+        search.search(bvh, near_leaf);
+        query.closest[i] = search.closest();
     });
 }
 
@@ -149,24 +131,19 @@ void answer(const Bvh& bvh, const ClosestQuery& query) {
 void answer(const Bvh& bvh, const ExactClosestQuery& query) {
     Rivals rivals;
     rivals.triangles.reserve(query.points.size());
-    with_filter(query, [&](auto sees_of) HWY_ATTR {
-        std::uint32_t near_leaf = kNoPrim;
-        NearTriangles near;
-        for (std::size_t i = 0; i < query.points.size(); ++i) {
-            query.watch.throw_if_cancelled();
-            near.clear();
-            ClosestSearch<true, decltype(sees_of(i))> search(query.points[i], query.most_d2,
-                                                             sees_of(i), near);
-            search.search(bvh, near_leaf);
-            search.append_to(rivals, bvh, query.exact[i]);
-        }
-        std::size_t first = 0;
-        for (std::size_t i = 0; i < query.points.size(); ++i) {
-            query.watch.throw_if_cancelled();
-            const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
-            first = rivals.ends[i];
-            query.closest[i] = closest_of(bvh, query.exact[i], own, sees_of(i));
-        }
+    std::uint32_t near_leaf = kNoPrim;
+    NearTriangles near;
+    for_each_asked(query, query.points.size(), [&](std::size_t i, auto sees) HWY_ATTR {
+        near.clear();
+        ClosestSearch<true, decltype(sees)> search(query.points[i], query.most_d2, sees, near);
+        search.search(bvh, near_leaf);
+        search.append_to(rivals, bvh, query.exact[i]);
+    });
+    std::size_t first = 0;
+    for_each_asked(query, query.points.size(), [&](std::size_t i, auto sees) HWY_ATTR {
+        const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
+        first = rivals.ends[i];
+        query.closest[i] = closest_of(bvh, query.exact[i], own, sees);
     });
 }
 

@@ -51,8 +51,7 @@ public:
                 flag |= border_flag(hit);
             });
             const std::size_t total = lists.hits.size() - first;
-            std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
-                      is_before);
+            std::ranges::sort(std::span(lists.hits).subspan(first), is_before);
             const std::size_t listed = std::min<std::size_t>(total, query.most);
             lists.hits.resize(first + listed);
             lists.listed.push_back(static_cast<std::uint32_t>(listed));

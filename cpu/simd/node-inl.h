@@ -55,21 +55,12 @@ HWY_INLINE std::uint32_t plane_offset(std::uint32_t axis, std::uint32_t side) {
 HWY_INLINE std::uint32_t other_side(std::uint32_t offset) { return offset ^ kPlaneBytes; }
 
 /// The planes at an offset, by slot.
-class SlotPlanes {
-public:
-    HWY_INLINE SlotPlanes(const Node& node, std::uint32_t offset)
-        : first_(
-              reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(&node) + offset)) {}
-
-    HWY_INLINE float operator[](std::uint32_t slot) const { return first_[slot]; }
-    HWY_INLINE FloatVec vector(std::size_t slot) const { return load_unaligned(first_ + slot); }
-
-private:
-    const float* first_;
-};
+HWY_INLINE const float* planes_at(const Node& node, std::uint32_t offset) {
+    return reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(&node) + offset);
+}
 
 HWY_INLINE FloatVec planes_of(const Node& node, std::uint32_t offset, std::size_t slot) {
-    return SlotPlanes(node, offset).vector(slot);
+    return load_unaligned(planes_at(node, offset) + slot);
 }
 
 }  // namespace mray::cpu::HWY_NAMESPACE

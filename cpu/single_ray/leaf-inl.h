@@ -104,6 +104,11 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
 /// A value for each vertex slot: in vectors, or in memory where permuting vectors does not pay.
 class VertexValues {
 public:
+    VertexValues() = default;
+    HWY_INLINE explicit VertexValues(const FloatVec* values) {
+        for (std::size_t v = 0; v < kVectors; ++v) set(v, values[v]);
+    }
+
     HWY_INLINE void set(std::size_t v, FloatVec values) {
         if constexpr (kVectors <= 2) {
             vectors_[v] = values;
@@ -148,8 +153,7 @@ HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at
                            HWY_ATTR { return float_mask(as_uint(p) == as_uint(q)); };
     Mask ab = equal(zero(), zero()), bc = ab, ca = ab;
     for (const FloatVec* values : {vertices.x, vertices.y, vertices.z}) {
-        VertexValues corners;
-        for (std::size_t v = 0; v < kVectors; ++v) corners.set(v, values[v]);
+        const VertexValues corners(values);
         const FloatVec a = corners.look_up(at.a);
         const FloatVec b = corners.look_up(at.b);
         const FloatVec c = corners.look_up(at.c);
@@ -181,9 +185,9 @@ struct CertainRange {
     FloatVec from, to, beyond;
 };
 
-HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) {
-    return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray]),
-            splat(stream.certain_beyond[ray])};
+template <class Rays>
+HWY_INLINE CertainRange certain_range(const RayStream& stream, Rays of) {
+    return {of(stream.certain_from), of(stream.certain_to), of(stream.certain_beyond)};
 }
 
 /// The lanes in which the rule certainly finds a hit between tnear and tfar, if the vertices are
@@ -218,24 +222,34 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
 
 // ---- One ray
 //
-// The fast path computes the edge functions of all triangles. Most are skipped by a bound that
-// needs no depth (depthless_bound), because the largest |z| of a leaf takes longer to find; others
-// by their own bound, or because their hit would certainly lie behind the ray's origin, as on the
-// triangle that a secondary ray starts from. The fast path answers where it is certain, the exact
-// path for the other triangles.
+// Most triangles are skipped by a bound of their edge functions that needs no depth, because the
+// largest |z| of a leaf takes longer to find; others by their own bound, or behind the origin.
 
+/// The vertices of a leaf as points.
 struct LeafPoints {
     VertexValues x, y, z;
 
-    HWY_INLINE void set(std::size_t v, const lanes::Float3& p) {
-        x.set(v, p.x);
-        y.set(v, p.y);
-        z.set(v, p.z);
+    template <class Project>
+    HWY_INLINE LeafPoints(const LeafLanes& vertices, Project project) {
+        for (std::size_t v = 0; v < kVectors; ++v) {
+            const lanes::Float3 p =
+                project(lanes::Float3(vertices.x[v], vertices.y[v], vertices.z[v]));
+            x.set(v, p.x);
+            y.set(v, p.y);
+            z.set(v, p.z);
+        }
     }
-    HWY_INLINE lanes::Float3 look_up(const LaneLookup& places) const {
+    HWY_INLINE TriangleCorners look_up(const VertexLookups& at) const {
+        return {point(at.a), point(at.b), point(at.c)};
+    }
+
+private:
+    HWY_INLINE lanes::Float3 point(const LaneLookup& places) const {
         return {x.look_up(places), y.look_up(places), z.look_up(places)};
     }
 };
+
+inline constexpr auto kInPlace = [](const lanes::Float3& p) { return p; };
 
 struct FilteredTriangles {
     lanes::Edges edges;
@@ -257,38 +271,27 @@ HWY_INLINE FilteredTriangles flat_triangles(const LeafPoints& points, const Vert
     return t;
 }
 
-/// Completes fast_edges().
-HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, FilteredTriangles& t) {
-    t.za = points.z.look_up(at.a);
-    t.zb = points.z.look_up(at.b);
-    t.zc = points.z.look_up(at.c);
-    lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
-    t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
-    t.edges.real_bound = t.edges.bound;
-}
-
 HWY_INLINE Mask used_lanes(UintVec local_vertices, std::size_t v) {
     return float_mask(slots_of_vector(v) < shift_right<24>(local_vertices));
 }
 
 HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at) {
-    VertexValues x;
-    for (std::size_t v = 0; v < kVectors; ++v) x.set(v, vertices.x[v]);
+    const VertexValues x(vertices.x);
     return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
+}
+
+HWY_INLINE TriangleCorners triangles_of_vector(const Leaf& leaf, std::size_t v) {
+    const LeafLanes vertices = load_leaf<2>(leaf, 2);
+    return LeafPoints(vertices, kInPlace).look_up(VertexLookups(vertices.local_vertices[v]));
 }
 
 /// The lanes of vector v among `hits` that are hits no later than tfar once they are refined.
 HWY_NOINLINE inline Mask refined_in_slots(const RayStream& stream, std::size_t ray, float tfar,
                                           const Leaf& leaf, std::size_t v, const lanes::Edges& e,
                                           Mask hits, lanes::TriangleHit& hit) {
-    const LeafLanes vertices = load_leaf<2>(leaf, 2);
-    LeafPoints points;
-    for (std::size_t i = 0; i < kVectors; ++i)
-        points.set(i, {vertices.x[i], vertices.y[i], vertices.z[i]});
-    const VertexLookups at(vertices.local_vertices[v]);
-    const TriangleCorners corners{points.look_up(at.a), points.look_up(at.b), points.look_up(at.c)};
-    return refined_in_range(sheared_ray(stream, ray), e, {splat(stream.tnear[ray]), splat(tfar)},
-                            corners, hits, hit);
+    return refined_in_range(sheared(stream, OneRay{ray}), e,
+                            {splat(stream.tnear[ray]), splat(tfar)}, triangles_of_vector(leaf, v),
+                            hits, hit);
 }
 
 /// Calls visit(slot, hit) for these lanes of vector v until it returns true; whether it did.
@@ -309,24 +312,15 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
 template <class Visit>
 HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
                                          const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
-    const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
-    const lanes::ShearedRay s = sheared_ray(stream, ray);
-    LeafPoints points;
-    for (std::size_t v = 0; v < kVectors; ++v)
-        points.set(v, lanes::project_rotated(s, {vertices.x[v], vertices.y[v], vertices.z[v]}));
+    const lanes::ShearedRay s = sheared(stream, OneRay{ray});
+    const HitRange range = {splat(stream.tnear[ray]), splat(tfar), stream.crossing};
     for (std::size_t v = 0; v < kVectors; ++v) {
         const std::uint32_t bits = uncertain >> (v * kLanes) & kLaneBits;
         if (bits == 0) continue;
-        const VertexLookups at(vertices.local_vertices[v]);
-        const lanes::Float3 a = points.look_up(at.a);
-        const lanes::Float3 b = points.look_up(at.b);
-        const lanes::Float3 c = points.look_up(at.c);
+        const TriangleCorners t = triangles_of_vector(leaf, v);
         lanes::TriangleHit hit;
-        const lanes::Edges edges = lanes::exact_edges(a, b, c);
-        Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
-        if (stream.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
-        hits = refined_in_slots(stream, ray, tfar, leaf, v, edges, hits & mask_of(bits), hit);
-        if (visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) return true;
+        const Mask hits = intersect_exactly(s, range, t, mask_of(bits), hit);
+        if (visit_lanes(v, hits & lanes::finite_vertices(t.a, t.b, t.c), hit, visit)) return true;
     }
     return false;
 }
@@ -337,11 +331,8 @@ template <class Test>
 HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
                                     const lanes::ShearedRay& s, const LeafLanes& vertices,
                                     Test test) {
-    LeafPoints points;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        points.set(v,
-                   lanes::project_rotated_fast(s, {vertices.x[v], vertices.y[v], vertices.z[v]}));
-    }
+    const LeafPoints points(vertices, [&](const lanes::Float3& v)
+                                          HWY_ATTR { return lanes::project_rotated_fast(s, v); });
     const DepthlessBound<FloatVec> bound{splat(stream.bound_linear[ray]),
                                          splat(stream.bound_constant[ray])};
     for (std::size_t v = 0; v < kVectors; ++v) {
@@ -357,7 +348,12 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
             inside = and_not(equal_corners(vertices, at), inside);
             if (none(inside)) continue;
         }
-        add_depth(points, at, t);
+        t.za = points.z.look_up(at.a);
+        t.zb = points.z.look_up(at.b);
+        t.zc = points.z.look_up(at.c);
+        lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
+        t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
+        t.edges.real_bound = t.edges.bound;
         const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
         const Mask possible = lanes::may_be_inside(t.edges) & may_be_ahead(t.edges, mean) & inside;
         if (!none(possible) && test(v, at, t, mean, possible)) return true;
@@ -392,7 +388,7 @@ HWY_NOINLINE inline FilteredHits filtered_occluders(const RayStream& stream, std
     lanes::TriangleHit hit;
     const float tfar = stream.tfar[ray];
     FilteredHits hits =
-        filtered_hits(stream, ray, tfar, sheared_ray(stream, ray), t, possible, hit);
+        filtered_hits(stream, ray, tfar, sheared(stream, OneRay{ray}), t, possible, hit);
     // Certain hits may be of vertices that are not finite.
     if (!none(hits.rough)) {
         hits.certain =
@@ -407,7 +403,7 @@ template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
-    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    const lanes::ShearedRay s = sheared(stream, OneRay{ray});
     std::uint32_t uncertain = 0;
     const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
                                 const DepthSum&, Mask possible) HWY_ATTR {
@@ -432,7 +428,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
 template <int kAxis = kAnyAxis>
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
-    const CertainRange range = certain_range(stream, ray);
+    const CertainRange range = certain_range(stream, OneRay{ray});
     std::uint32_t uncertain = 0;
     const auto is_occluder = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
                                  const DepthSum& mean, Mask possible) HWY_ATTR {
@@ -446,7 +442,7 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
         uncertain |= bits_of(hits.uncertain) << (v * kLanes);
         return !none(hits.certain) && !none(hits.certain & finite_lanes(vertices, at));
     };
-    if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
+    if (any_possible_vector(stream, ray, sheared(stream, OneRay{ray}), vertices, is_occluder))
         return true;
     return uncertain != 0 &&
            intersect_leaf_exactly(stream, ray, stream.tfar[ray], leaf, uncertain,
@@ -455,10 +451,8 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
 
 // ---- Closest hits of many rays
 //
-// The leaf's vertices are projected once for a vector of rays, by the rule's fast path. A triangle
-// is skipped by the edge functions of the rule and one bound for the leaf. It has 3 times the
-// largest |x| + |y| of its vertices for a triangle's sum, and most_depth() for the largest |z|.
-// Each operation of edge_bound is monotone, so this bound is not below a triangle's own.
+// The leaf's vertices are projected once for a vector of rays, by the rule's fast path, and one
+// bound for the leaf skips most triangles (docs/design/arithmetic.md, "Rays without packets").
 
 /// The vertices of a leaf as rays see them, and a bound of the edge functions of all its triangles.
 struct ProjectedLeaf {
@@ -583,7 +577,7 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
                                         std::uint32_t active, const float* tfar, const Leaf& leaf,
                                         Keep keep) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    const lanes::ShearedRay s = sheared_rays(stream, first);
+    const lanes::ShearedRay s = sheared(stream, RaysFrom{first});
     const FloatVec tnear = load(stream.tnear + first);
     const Mask asked = mask_of(active);
     ProjectedLeaf points;
@@ -662,7 +656,7 @@ HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream,
                                                         std::uint32_t rays, const Leaf& leaf,
                                                         std::uint32_t i) {
     lanes::TriangleHit hit;
-    return bits_of(intersect_triangles(sheared_rays(stream, first), mask_of(rays),
+    return bits_of(intersect_triangles(sheared(stream, RaysFrom{first}), mask_of(rays),
                                        {load(stream.tnear + first), load(stream.tfar + first)},
                                        corners_in_lanes(leaf, i), hit));
 }
@@ -701,9 +695,7 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
         ProjectedLeaf p;
         const FloatVec largest_z = project_by_slopes(stream, first, leaf, vertex_count, p);
         const FloatVec dz = load(stream.sheared_dir[2] + first);
-        const CertainRange range = {load(stream.certain_from + first),
-                                    load(stream.certain_to + first),
-                                    load(stream.certain_beyond + first)};
+        const CertainRange range = certain_range(stream, RaysFrom{first});
         for (std::uint32_t i = 0; i < count && left != 0; ++i) {
             const std::uint32_t local = leaf.vertex[i].corners;
             const std::uint32_t a = corner(local, 0);

@@ -14,6 +14,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
+/// Where a ray enters a node's boxes from `slot` on, on an axis.
+HWY_INLINE FloatVec enter_on_axis(const RayStream& stream, std::size_t ray, const Node& node,
+                                  std::size_t slot, std::uint32_t axis) {
+    return mul_sub(planes_of(node, stream.near_offset[axis][ray], slot),
+                   splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
+}
+
 /// Where a ray enters a vector of boxes on each axis, and where it enters and leaves them; it meets
 /// a box if enter <= leave.
 struct BoxTimes {
@@ -25,11 +32,9 @@ HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float la
                               const Node& node, std::size_t slot) {
     const FloatVec end = splat(last_entry(stream.depth_margin[ray], last));
     FloatVec enter[3], leave[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::uint32_t near_offset = stream.near_offset[axis][ray];
-        const FloatVec near = planes_of(node, near_offset, slot);
-        const FloatVec far = planes_of(node, other_side(near_offset), slot);
-        enter[axis] = mul_sub(near, splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        enter[axis] = enter_on_axis(stream, ray, node, slot, axis);
+        const FloatVec far = planes_of(node, other_side(stream.near_offset[axis][ray]), slot);
         leave[axis] =
             mul_sub(far, splat(stream.rdir_far[axis][ray]), splat(stream.k_far[axis][ray]));
     }
@@ -46,19 +51,6 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, con
     });
 }
 
-/// Where the ray enters the boxes on its main axis, which is kAxis unless that is kAnyAxis.
-template <int kAxis>
-HWY_INLINE FloatVec enter_main_axis(const RayStream& stream, std::size_t ray, const Node& node,
-                                    std::size_t slot, const BoxTimes& times) {
-    if constexpr (kAxis == kAnyAxis) {
-        const std::uint32_t axis = stream.axis[ray];
-        return mul_sub(planes_of(node, stream.near_offset[axis][ray], slot),
-                       splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
-    } else {
-        return times.enter_axis[kAxis];
-    }
-}
-
 /// The slots whose boxes the ray meets with a least depth of `last` or less, as bits, and the least
 /// depths of all boxes. kAxis is the ray's main axis, or kAnyAxis.
 template <int kAxis = kAnyAxis>
@@ -68,7 +60,12 @@ HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, fl
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         const BoxTimes times = box_times(stream, ray, last, node, v * kLanes);
-        const FloatVec along = enter_main_axis<kAxis>(stream, ray, node, v * kLanes, times);
+        FloatVec along;
+        if constexpr (kAxis == kAnyAxis) {
+            along = enter_on_axis(stream, ray, node, v * kLanes, stream.axis[ray]);
+        } else {
+            along = times.enter_axis[kAxis];
+        }
         const Mask met = (times.enter <= times.leave) & (along <= splat(last));
         t_least[v] = lanes::least_depth(times.enter, along, margin);
         slots |= bits_of(met) << (v * kLanes);
@@ -174,12 +171,11 @@ HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const N
 HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, const float* last,
                              std::uint64_t rays, const Node& node, std::uint32_t slots,
                              std::uint64_t* HWY_RESTRICT met) {
-    const auto of_side = [&](int axis, bool is_far) HWY_ATTR {
-        const std::uint32_t offset = bundle.near_offset[axis];
-        return SlotPlanes(node, is_far ? other_side(offset) : offset);
-    };
-    const SlotPlanes near[3] = {of_side(0, false), of_side(1, false), of_side(2, false)};
-    const SlotPlanes far[3] = {of_side(0, true), of_side(1, true), of_side(2, true)};
+    const float *near[3], *far[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        near[axis] = planes_at(node, bundle.near_offset[axis]);
+        far[axis] = planes_at(node, other_side(bundle.near_offset[axis]));
+    }
     for (const std::uint32_t slot : BitsOf(slots)) met[slot] = 0;
     for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
         const auto active = static_cast<std::uint32_t>(rays >> first & kLaneBits);

@@ -87,9 +87,7 @@ HWY_INLINE Value most_depth(Value org_size) {
 }
 
 /// A bound of edge functions that needs no z: at least edge_bound(m, Z) for every m and every Z up
-/// to most_depth(), fused or not. With c = kFastProjectionError and q = c most_depth() +
-/// kFastProjectionFloor, r of edge_bound is at most 2 c m + q, and r (m + 2 r) at most (1 + 8 c)
-/// (2 c m^2 + q m + 2 q^2). kDepthlessBound covers 8 c and roundings (lab/proofs/near.g).
+/// to most_depth(), fused or not (docs/design/arithmetic.md, "Rays without packets").
 template <class Value>
 struct DepthlessBound {
     Value linear, constant;
@@ -212,30 +210,33 @@ HWY_INLINE RayStream make_stream(const Ray* rays, std::span<const std::uint16_t>
     return stream;
 }
 
-/// The rays from `first` on as the rule takes them.
-HWY_INLINE lanes::ShearedRay sheared_rays(const RayStream& stream, std::size_t first) {
-    const auto vector = [&](const float(*values)[kStreamRays]) HWY_ATTR {
-        return lanes::Float3(load(values[0] + first), load(values[1] + first),
-                             load(values[2] + first));
-    };
-    lanes::ShearedRay s;
-    s.org = vector(stream.sheared_org);
-    s.dir = vector(stream.sheared_dir);
-    s.axis = load(stream.axis + first);
-    s.depth_slack = load(stream.depth_slack + first);
-    return s;
-}
+/// Values of a stream in lanes: of the rays from `first` on, or of one ray.
+struct RaysFrom {
+    std::size_t first;
+    template <class T>
+    HWY_INLINE auto operator()(const T* values) const {
+        return load(values + first);
+    }
+};
+struct OneRay {
+    std::size_t ray;
+    template <class T>
+    HWY_INLINE auto operator()(const T* values) const {
+        return splat(values[ray]);
+    }
+};
 
-/// One ray, in all lanes.
-HWY_INLINE lanes::ShearedRay sheared_ray(const RayStream& stream, std::size_t ray) {
+/// Rays, RaysFrom or OneRay, as the rule takes them.
+template <class Rays>
+HWY_INLINE lanes::ShearedRay sheared(const RayStream& stream, Rays of) {
     const auto vector = [&](const float(*values)[kStreamRays]) HWY_ATTR {
-        return lanes::Float3(vec3(values[0][ray], values[1][ray], values[2][ray]));
+        return lanes::Float3(of(values[0]), of(values[1]), of(values[2]));
     };
     lanes::ShearedRay s;
     s.org = vector(stream.sheared_org);
     s.dir = vector(stream.sheared_dir);
-    s.axis = splat(stream.axis[ray]);
-    s.depth_slack = splat(stream.depth_slack[ray]);
+    s.axis = of(stream.axis);
+    s.depth_slack = of(stream.depth_slack);
     return s;
 }
 

@@ -207,11 +207,7 @@ HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::
 
 /// a * b + c as mul_add() rounds it.
 HWY_INLINE float mul_add_one(float a, float b, float c) {
-#if HWY_NATIVE_FMA
-    return __builtin_fmaf(a, b, c);
-#else
-    return a * b + c;
-#endif
+    return HWY_NATIVE_FMA ? __builtin_fmaf(a, b, c) : a * b + c;
 }
 
 /// prepare_slab() for ray 0 of a stream.
@@ -227,9 +223,11 @@ HWY_INLINE void prepare_slab_of_one(RayStream& stream, std::uint32_t axis, float
     stream.near_offset[axis][0] = plane_offset(axis, rdir < 0 ? 1 : 0);
 }
 
-/// Sets what closest hits need of ray 0 of a stream that is alone in it, with the bits of
-/// prepare_rays(). Only vectors of rays need org, dir and the slopes.
-HWY_INLINE void prepare_one(RayStream& stream, const Ray& ray) {
+/// A stream of one ray with what closest hits need, with the bits of prepare_rays(). Only vectors
+/// of rays need org, dir and the slopes.
+HWY_INLINE RayStream stream_of_one(const Ray& ray, Crossing crossing = Crossing::kEach) {
+    RayStream stream;
+    stream.crossing = crossing;
     const float least = mray::least_dilation(ray.org);
     for (std::uint32_t axis = 0; axis < 3; ++axis)
         prepare_slab_of_one(stream, axis, ray.org[axis], ray.dir[axis], least);
@@ -252,6 +250,7 @@ HWY_INLINE void prepare_one(RayStream& stream, const Ray& ray) {
         depthless_bound(most_depth(std::abs(stream.sheared_org[2][0])));
     stream.bound_linear[0] = bound.linear;
     stream.bound_constant[0] = bound.constant;
+    return stream;
 }
 
 /// prepare_range() for such a ray.
@@ -283,8 +282,7 @@ HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size
 }
 
 HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
-    RayStream stream;
-    prepare_one(stream, ray);
+    const RayStream stream = stream_of_one(ray);
     ClosestHits closest;
     closest.t[0] = ray.tfar;
     closest.last[0] = stream.last_depth[0];
@@ -303,8 +301,7 @@ HWY_NOINLINE bool occluded_along(const Bvh& bvh, const RayStream& stream) {
 }
 
 HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
-    RayStream stream;
-    prepare_one(stream, ray);
+    RayStream stream = stream_of_one(ray);
     prepare_range_of_one(stream, ray);
     if (stream.axis[0] == 0) return occluded_along<0>(bvh, stream);
     if (stream.axis[0] == 1) return occluded_along<1>(bvh, stream);
@@ -563,10 +560,8 @@ private:
 // kChunk entries are popped together and tested in a loop without a branch that depends on data;
 // met leaves are gathered and tested in a second such loop.
 //
-// The size of this stack: entries from the shared traversal have generation 0, children one more
-// than their parents. Generations do not decrease from bottom to top. So when an entry of
-// generation g - 1 is popped, all of g and later are popped with it, and at most kWidth * kChunk
-// come back: there are kSeeds entries of generation 0, and at most kWidth * kChunk of each other
+// With an entry all later generations of descendants are popped, and at most kWidth * kChunk come
+// back: the stack has kSeeds entries of generation 0, and at most kWidth * kChunk of each other
 // one.
 
 inline constexpr std::size_t kChunk = 32;
@@ -575,10 +570,7 @@ inline constexpr std::size_t kItems = kSeeds + (kMaxDepth - 1) * kWidth * kChunk
 
 // A node or a leaf is tested for many rays at a time if these are more than this many per vector
 // that has any of them (lab/notes/cpu_tracer.md).
-inline constexpr std::size_t kSharedByNode = kLanes == 1   ? 1
-                                             : kLanes == 4 ? 2
-                                             : kLanes == 8 ? 4
-                                                           : 6;
+inline constexpr std::size_t kSharedByNode = kLanes < 4 ? 1 : kLanes < 8 ? 2 : kLanes < 16 ? 4 : 6;
 inline constexpr std::size_t kSharedByLeaf = kLanes < 8 ? 1 : kLanes == 8 ? 2 : 5;
 
 /// Entries of two parallel arrays. Reading whole chunks may go below the first entry, and writing

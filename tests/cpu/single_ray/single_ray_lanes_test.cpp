@@ -69,14 +69,14 @@ struct Certainty {
 
 /// Returns what is certain about a triangle.
 Certainty certainty_of(const RayStream& stream, std::size_t ray, vec3 a, vec3 b, vec3 c) {
-    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    const lanes::ShearedRay s = sheared(stream, OneRay{ray});
     const auto project = [&s](vec3 v) HWY_ATTR {
         return lanes::project_rotated_fast(s, lanes::rotate_axes(lanes::Float3(v), s.axis));
     };
     const lanes::Float3 pa = project(a), pb = project(b), pc = project(c);
     const lanes::Edges e = lanes::fast_edges(pa, pb, pc);
     const DepthSum depth = depth_sum(e, pa.z, pb.z, pc.z, s.dir.z);
-    const CertainRange range = certain_range(stream, ray);
+    const CertainRange range = certain_range(stream, OneRay{ray});
     return {finite_vertices(a, b, c) && !none(certain_occluders(e, depth, range)),
             !none(certainly_beyond(e, depth, range))};
 }
