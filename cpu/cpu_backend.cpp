@@ -45,14 +45,11 @@ public:
           tracers_(make_tracers_(*topology_, pose_->positions(), bvh_)) {}
 
     void set_scene(const Topology& topology, const Pose& pose, Bvh bvh) override {
-        const Stopwatch watch;
         topology_ = &topology;
         pose_ = &pose;
-        bvh_ = std::move(bvh);
-        block_leaves_.reset();
+        set_tree(std::move(bvh));
         // Until the next scene arrays of pose and tree may change, not their places.
         tracers_ = make_tracers_(topology, pose.positions(), bvh_);
-        times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
     void set_tree(Bvh bvh) override {
@@ -89,36 +86,23 @@ public:
         resize_watched(frame.hits, pixels, caller);
         resize_watched(frame.occlusion, pixels, caller);
         resize_watched(frame.pixels, frame.with_pixels ? pixels : 0, caller);
-        const Stopwatch watch;
         const ShadedMesh mesh{topology_, pose_->positions()};
         const ImageTiles tiles = tiles_for(params, 1);
         std::atomic<std::uint64_t> secondary = 0;
-        arena_->execute([&] {
-            tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
-                caller.throw_if_cancelled();
-                secondary += tracers_.image->trace_tile(mesh, params, tiles[i], frame, caller);
-                caller.advance(1.0 / tiles.count());
-            });
+        for_each_tile(tiles.count(), [&](std::size_t i) {
+            const Tile tile = tiles[static_cast<std::uint32_t>(i)];
+            secondary += tracers_.image->trace_tile(mesh, params, tile, frame, caller);
         });
-        times_.trace_ms = watch.ms();
         times_.rays = pixels + secondary;
     }
 
     void trace_views(const ViewBatch& views) override {
-        const Watch& caller = image_watch();
-        const Stopwatch watch;
         const ShadedMesh mesh{topology_, pose_->positions()};
         const ImageTiles tiles = tiles_for(views.params, views.cameras.size());
-        const std::size_t count = tiles.count() * views.cameras.size();
-        arena_->execute([&] {
-            tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-                caller.throw_if_cancelled();
-                trace_tile_of(views, i / tiles.count(),
-                              tiles[static_cast<std::uint32_t>(i % tiles.count())], mesh);
-                caller.advance(1.0 / static_cast<double>(count));
-            });
+        for_each_tile(tiles.count() * views.cameras.size(), [&](std::size_t i) {
+            trace_tile_of(views, i / tiles.count(),
+                          tiles[static_cast<std::uint32_t>(i % tiles.count())], mesh);
         });
-        times_.trace_ms = watch.ms();
         times_.rays =
             std::uint64_t{views.params.width} * views.params.height * views.cameras.size();
     }
@@ -158,6 +142,21 @@ private:
         if (views * tiles.count() >= kTilesAThread * static_cast<std::size_t>(arena_->threads()))
             return tiles;
         return {params.width, params.height, kCameraSide / 2};
+    }
+
+    /// Calls trace(i) for tiles in parallel, until the caller cancels; sets the time.
+    template <class Trace>
+    void for_each_tile(std::size_t count, Trace trace) {
+        const Watch& caller = image_watch();
+        const Stopwatch watch;
+        arena_->execute([&] {
+            tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+                caller.throw_if_cancelled();
+                trace(i);
+                caller.advance(1.0 / static_cast<double>(count));
+            });
+        });
+        times_.trace_ms = watch.ms();
     }
 
     /// Traces a tile and hands it over at once, while its hits are in the caches.

@@ -35,16 +35,10 @@ public:
     }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
-        const Call device = call();
-        device->watch_images(image_watch());
-        device->trace_image(params, frame);
-        times_ = device->finish();
+        trace_watched([&](const Call& device) { device->trace_image(params, frame); });
     }
     void trace_views(const ViewBatch& views) override {
-        const Call device = call();
-        device->watch_images(image_watch());
-        device->trace_views(views);
-        times_ = device->finish();
+        trace_watched([&](const Call& device) { device->trace_views(views); });
     }
     double trace(const RayBatch& batch) override { return call()->trace(batch); }
     const BackendTimes& finish() override {
@@ -73,6 +67,13 @@ private:
         Backend& device_;
     };
     Call call() { return {mutex_, *device_}; }
+    template <class Trace>
+    void trace_watched(Trace trace) {
+        const Call device = call();
+        device->watch_images(image_watch());
+        trace(device);
+        times_ = device->finish();
+    }
     /// A call that may change the tree.
     Call change() {
         tree_ = nullptr;
