@@ -19,7 +19,6 @@ namespace mray::cpu::HWY_NAMESPACE {
 
 // ---- Directions
 
-/// The directions of a packet's rays by their indices.
 HWY_INLINE lanes::Float3 directions_of(const CameraPacket& packet, UintVec rays) {
     if (packet.stored != nullptr) {
         const auto at = [&](int axis) HWY_ATTR {
@@ -199,10 +198,8 @@ public:
 private:
     static constexpr std::size_t kMany = 128;
 
-    /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it: by
-    /// kHitDepthRounding, and by z_error, that of z, which sums products with rounded rows
-    /// (lab/proofs/packet_rays.g). An error of e of z is at most 2 e of 1 / z up to e = 1/2;
-    /// beyond, nothing is known.
+    /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it
+    /// (lab/proofs/packet_rays.g). An error of e of z is at most 2 e of 1 / z up to e = 1/2.
     static float hit_depth_error(const PacketFrame& frame) {
         const float z_error = kHitDotRounding * frame.row_size[2] * frame.depth_most;
         return z_error < 0.5f ? 2 * (kHitDepthRounding + z_error) : kUnknown;

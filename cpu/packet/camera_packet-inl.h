@@ -2,6 +2,7 @@
 // leaf against blocks; and the tree, where the active rays at a node are a set of blocks.
 #include <array>
 #include <bit>
+#include <utility>
 
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
@@ -10,28 +11,6 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
 // ---- Blocks
-
-/// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.
-struct alignas(64) GridRanges {
-    PerSlot<std::uint32_t> columns, rows;
-    PerSlot<PixelRectangle> pixels;
-};
-
-/// Finds which of some pixels lie within `margin` of rectangles.
-HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectangles& r,
-                        GridRanges& ranges) {
-    for (std::size_t l = 0; l < std::size(ranges.columns); l += kLanes) {
-        const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
-                           pixels.last_x);
-        const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
-                           pixels.last_y);
-        store(x.blocks(), ranges.columns + l);
-        store(y.blocks(), ranges.rows + l);
-        alignas(64) std::uint32_t own[kLanes];
-        store(x.pixels() | shift_left<16>(y.pixels()), own);
-        std::memcpy(ranges.pixels + l, own, sizeof own);
-    }
-}
 
 /// A word with the first column of each of its four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
@@ -72,15 +51,6 @@ HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t block
     for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
 }
 
-/// The blocks of a word that hold a ray that a hit at 1/z <= q may concern.
-HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std::size_t word) {
-    std::uint64_t blocks = 0;
-    const float* block_q = packet.block_q + 64 * word;
-    for (std::size_t b = 0; b < 64; b += kLanes)
-        blocks |= std::uint64_t{bits_of(splat(q) >= load(block_q + b))} << b;
-    return blocks;
-}
-
 /// The rays of a block within `pixels` that a hit at 1/z <= q may concern, as bits.
 HWY_INLINE std::uint32_t rays_beyond(const CameraPacket& packet, float q, std::uint32_t block,
                                      const PixelRectangle& pixels) {
@@ -110,22 +80,13 @@ struct GridPlanes : Planes {
     FloatVec error;
 };
 
-/// The values of a triangle at a block's rays: the least edge function and 1/z at as many rays as
-/// there are lanes, from l on.
-struct BlockValues {
-    const GridPlanes& planes;
-    std::uint32_t block;
-
-    HWY_INLINE FloatVec least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
-    HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
-
-private:
-    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGrid.x[block % kGridSide] + l); }
-    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGrid.y[block / kGridSide] + l); }
+/// The least edge function of a triangle and 1/z at as many rays of a block as there are lanes.
+struct ItemValues {
+    FloatVec least_edge, depth;
 };
 
-/// The same values for a triangle that meets many blocks. Edge functions and 1/z are found in the
-/// middle of each block, four rows of blocks at a time. A ray adds to them by its place in the
+/// Finds these values for a triangle that meets many blocks. Edge functions and 1/z are found in
+/// the middle of each block, four rows of blocks at a time. A ray adds to them by its place in the
 /// block. The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
 /// packet_slant.g).
 class RowPlanes {
@@ -145,21 +106,12 @@ public:
         most_[kDepthPlane] = most_[kDepthPlane] + p.error;
     }
 
-    struct Values {
-        const RowPlanes& planes;
-        std::size_t place;
-
-        HWY_INLINE FloatVec least_edge(std::size_t l) const {
-            return min3(value(0, l), value(1, l), value(2, l));
-        }
-        HWY_INLINE FloatVec depth(std::size_t l) const { return value(kDepthPlane, l); }
-
-    private:
-        HWY_INLINE FloatVec value(int k, std::size_t l) const {
-            return planes.more_[k][l / kLanes] + splat(planes.middle_[k][place]);
-        }
-    };
-    HWY_INLINE Values at(std::size_t place) const { return {*this, place}; }
+    /// The values at the block in a place, from ray l on.
+    HWY_INLINE ItemValues at(std::size_t place, std::size_t l) const {
+        const auto value = [&](int k)
+                               HWY_ATTR { return more_[k][l / kLanes] + splat(middle_[k][place]); };
+        return {min3(value(0), value(1), value(2)), value(kDepthPlane)};
+    }
 
     /// Returns the blocks with a ray that may hit the triangle nearer than its candidate, as a word
     /// of four rows from first_row on. rows: those to look at, the first ones, as bits. place:
@@ -200,7 +152,6 @@ private:
     const GridPlanes& planes_;
     std::uint64_t columns_;
     FloatVec more_[4][kBlockRays / kLanes], at_column_[4][kVectors];
-    /// How much larger each plane is at a ray of a block than in its middle, at most.
     FloatVec most_[4];
     alignas(64) float middle_[4][8 * kGridSide];
 };
@@ -263,17 +214,11 @@ private:
         return triangle_at(static_cast<std::uint32_t>(packet_.hit_leaves.size()), 0);
     }
 
-    /// Blocks of the packet: bit b is block first + b.
-    struct Window {
-        std::uint32_t first;
-        std::uint64_t blocks;
-    };
-
-    /// Tests a triangle against all rays of a block. Returns whether it becomes the closest
-    /// candidate of any ray for certain. One that is hit for certain bounds the depth of further
-    /// hits, though it may be uncertain whether it is the closest.
-    template <class Values>
-    HWY_INLINE bool trace_item(const GridPlanes& p, const Values& values, std::uint32_t block,
+    /// Tests a triangle against all rays of a block, by its values_at(l). Returns whether it
+    /// becomes the closest candidate of any ray for certain. One that is hit for certain bounds the
+    /// depth of further hits, though it may be uncertain whether it is the closest.
+    template <class ValuesAt>
+    HWY_INLINE bool trace_item(const GridPlanes& p, ValuesAt values_at, std::uint32_t block,
                                std::uint32_t candidate) {
         CameraPacket& packet = packet_;
         bool any_closer = false;
@@ -281,8 +226,7 @@ private:
             const std::size_t r = block * kBlockRays + l;
             const FloatVec lower = load(packet.q_lower + r);
             const FloatVec upper = load(packet.q_upper + r);
-            const FloatVec least = values.least_edge(l);
-            const FloatVec q = values.depth(l);
+            const auto [least, q] = values_at(l);
             const Mask inside = least > p.bound;
             const FloatVec own_lower = zero_unless(inside, q - p.error);
             const FloatVec own_upper = q + p.error;
@@ -325,8 +269,12 @@ private:
                 (triangles.columns[i] >> left) * (kEachRow >> 16 * (4 - rows));
             for (const std::uint32_t k : BitsOf(met)) {
                 const std::uint32_t block = top * kGridSide + left + k;
-                any_closer |=
-                    trace_item(planes, BlockValues{planes, block}, block, first_candidate + i);
+                const auto values_at = [&](std::size_t l) HWY_ATTR -> ItemValues {
+                    const FloatVec x = load(kGrid.x[block % kGridSide] + l);
+                    const FloatVec y = load(kGrid.y[block / kGridSide] + l);
+                    return {planes.least_edge(x, y), planes.depth(x, y)};
+                };
+                any_closer |= trace_item(planes, values_at, block, first_candidate + i);
             }
             defer_if_many(leaf, first_candidate);
         }
@@ -345,20 +293,21 @@ private:
             const std::uint32_t rows = triangles.rows[i];
             for (std::uint32_t row = first_bit(rows); rows >> row != 0; row += 8) {
                 const std::uint32_t first = row * kGridSide;
-                Window window = {0, grid.blocks_met(row, rows >> row, 0) & four_rows(blocks, row)};
-                Window next = {64, 0};
+                std::uint32_t place = 0;
+                std::uint64_t met = grid.blocks_met(row, rows >> row, 0) & four_rows(blocks, row);
+                std::uint64_t next = 0;
                 if (rows >> row >> 4 != 0)
-                    next.blocks =
+                    next =
                         grid.blocks_met(row + 4, rows >> row >> 4, 64) & four_rows(blocks, row + 4);
-                while ((window.blocks | next.blocks) != 0) {
-                    if (window.blocks == 0) {
-                        window = next;
-                        next.blocks = 0;
+                while ((met | next) != 0) {
+                    if (met == 0) {
+                        place = 64;
+                        met = std::exchange(next, 0);
                     }
-                    const std::uint32_t place = window.first + first_bit(window.blocks);
-                    any_closer |=
-                        trace_item(planes, grid.at(place), first + place, first_candidate + i);
-                    window.blocks &= window.blocks - 1;
+                    const std::uint32_t k = place + first_bit(met);
+                    const auto values_at = [&](std::size_t l) HWY_ATTR { return grid.at(k, l); };
+                    any_closer |= trace_item(planes, values_at, first + k, first_candidate + i);
+                    met &= met - 1;
                 }
             }
             defer_if_many(leaf, first_candidate);
@@ -459,14 +408,28 @@ public:
 
     HWY_INLINE std::uint32_t find_active(const NodeChildren& children, std::uint32_t slots,
                                          const ActiveRays& active, ActiveRays* active_at) const {
-        GridRanges ranges;
-        to_grid(packet_.frame.grid_margin, active.pixels, children.rectangles, ranges);
+        // The columns and rows of blocks within grid_margin of the rectangles, and their pixels.
+        alignas(64) PerSlot<std::uint32_t> columns, rows;
+        alignas(64) PerSlot<PixelRectangle> pixels_of;
+        const float margin = packet_.frame.grid_margin;
+        const PixelRectangle& pixels = active.pixels;
+        const Rectangles& r = children.rectangles;
+        for (std::size_t l = 0; l < kWidth; l += kLanes) {
+            const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
+                               pixels.last_x);
+            const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
+                               pixels.last_y);
+            store(x.blocks(), columns + l);
+            store(y.blocks(), rows + l);
+            alignas(64) std::uint32_t own[kLanes];
+            store(x.pixels() | shift_left<16>(y.pixels()), own);
+            std::memcpy(pixels_of + l, own, sizeof own);
+        }
         std::uint32_t kept = 0;
         for (const std::uint32_t slot : BitsOf(slots)) {
-            if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], active.blocks,
-                                active_at[slot].blocks))
+            if (!blocks_of_grid(columns[slot], rows[slot], active.blocks, active_at[slot].blocks))
                 continue;
-            active_at[slot].pixels = ranges.pixels[slot];
+            active_at[slot].pixels = pixels_of[slot];
             kept |= 1u << slot;
         }
         return kept;
@@ -520,10 +483,9 @@ private:
         for (std::uint32_t w = active.pixels.first_y / kWordSide;
              w <= active.pixels.last_y / kWordSide; ++w) {
             std::uint64_t keep = 0;
-            for (std::uint64_t rest = active.blocks.words[w]; rest != 0; rest &= rest - 1) {
-                const std::uint32_t block = 64 * w + first_bit(rest);
-                const bool beyond = rays_beyond(packet_, q, block, active.pixels) != 0;
-                keep |= beyond ? rest & -rest : 0;
+            for (const std::uint32_t bit : BitsOf(active.blocks.words[w])) {
+                const bool beyond = rays_beyond(packet_, q, 64 * w + bit, active.pixels) != 0;
+                keep |= std::uint64_t{beyond} << bit;
             }
             active.blocks.words[w] = keep;
             any |= keep;
@@ -534,7 +496,12 @@ private:
     HWY_INLINE std::uint64_t keep_near(float q, BlockSet& blocks) const {
         std::uint64_t any = 0;
         for (std::size_t w = 0; w < kGridWords; ++w) {
-            blocks.words[w] &= blocks_beyond(packet_, q, w);
+            std::uint64_t near = 0;
+            for (std::size_t b = 0; b < 64; b += kLanes) {
+                const FloatVec least = load(packet_.block_q + 64 * w + b);
+                near |= std::uint64_t{bits_of(splat(q) >= least)} << b;
+            }
+            blocks.words[w] &= near;
             any |= blocks.words[w];
         }
         return any;

@@ -29,12 +29,7 @@ inline constexpr float kNoPixelError = 1e30f;
 
 /// An upper bound of how far a camera ray may be from the middle of its pixel, in pixels;
 /// kNoPixelError if the tile's rays are too inexact or too oblique for the bounds, or lie in one
-/// plane.
-///
-/// 1. A direction's component is fl(fl(corner + fl(du x)) + fl(dv y)): four operations, each off
-///    by 1.01 u of its result. The grid of directions adds 2^-45 of the largest component.
-/// 2. In the frame's rows the errors are (e0, e1, e2), |e0| and |e1| <= beside, |e2| <= along. The
-///    exact direction is (X, Y, 1) there, so that x is off by (e0 - X e2) / (1 + e2), y likewise.
+/// plane (docs/design/arithmetic.md, "Packets", step 6).
 HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
     constexpr double kRounding = 1.01 * 0x1p-24;
     constexpr double kSnap = 0x1p-44;
@@ -215,13 +210,7 @@ inline constexpr float kMostPlaceError = 0.5f;
 inline constexpr double kLeastStoredZ = 0.25;
 
 /// An upper bound of how far the rays of a tile are from their places on the grid, in steps of it;
-/// kNoPixelError if a direction's z is too small.
-///
-/// 1. A ray with the direction d and the place X is off by |rows[0] d - X (rows[2] d)| / (rows[2]
-///    d) in x; y likewise.
-/// 2. The numerator is computed in double. The magnitudes of its terms add up to 2 row_size[0] and,
-///    as |X| < 33 and |d| < 2 on each axis, to 66 row_size[2]: kStoredPlaceRounding times these.
-/// 3. z is off by less than 0.01 % of kLeastStoredZ, and so are quotient and floats: kWiden.
+/// kNoPixelError if a direction's z is too small (docs/design/arithmetic.md, "Packets", step 6).
 HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections& directions,
                                 std::uint32_t width, std::uint32_t height) {
     const std::size_t lanes = hn::MaxLanes(kDoubles);
@@ -581,9 +570,7 @@ private:
             const auto of_all = [&](std::uint32_t) -> auto& { return plane; };
             lanes::TriangleHit refined;
             const Mask placed = place_hits(of_all, dir, asked, refined) & mask_of(asked);
-            hit.t = select(placed, refined.t, hit.t);
-            hit.u = select(placed, refined.u, hit.u);
-            hit.v = select(placed, refined.v, hit.v);
+            take_hits(placed, refined, hit);
             done |= bits_of(placed);
             rough &= ~asked;
         }

@@ -31,11 +31,6 @@ HWY_INLINE void load_rays(const SharedOriginRays& rays, std::size_t first, Float
     tfar = load(rays.tfar + first);
 }
 
-HWY_INLINE const SharedOriginRays& rays_of(const LightPacket& packet, std::size_t block) {
-    return block < kLightPacketBlocks ? packet.rays[block]
-                                      : packet.regrouped[block - kLightPacketBlocks];
-}
-
 HWY_INLINE std::uint32_t regrouped_groups(const LightPacket& packet) {
     return (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
 }
@@ -122,15 +117,14 @@ HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
     const double along = std::abs(mean[plane.axis]);
     // Across the mean: one vector in the plane of the mean and the least axis, one across both.
     const double size = std::sqrt(1 - mean[least] * mean[least]);
+    glm::dvec3 unit(0);
+    unit[least] = 1;
+    const glm::dvec3 first = unit - mean * mean[least], second = glm::cross(mean, unit);
     for (std::uint32_t i = 0; i < 2; ++i) {
         const std::uint32_t axis = plane.beside(i);
-        const double part = (axis == least ? 1.0 : 0.0) - mean[axis] * mean[least];
-        const double last = axis == least             ? 0.0
-                            : axis == (least + 1) % 3 ? mean[(least + 2) % 3]
-                                                      : -mean[(least + 1) % 3];
         plane.origin[i] = static_cast<float>(mean[axis] / along);
-        plane.rows[0][i] = static_cast<float>(along * part / size);
-        plane.rows[1][i] = static_cast<float>(along * last / size);
+        plane.rows[0][i] = static_cast<float>(along * first[axis] / size);
+        plane.rows[1][i] = static_cast<float>(along * second[axis] / size);
     }
     double extent = 0;
     for (std::size_t i = 0; i < samples.count; ++i) {
@@ -360,7 +354,6 @@ HWY_INLINE void make_light_block(const SharedOriginRays& rays, const LightPlane&
     store(least_q, bounds.q + own);
 }
 
-/// Makes the regrouped blocks of these rays, sixteen each.
 HWY_NOINLINE inline void make_regrouped_blocks(const LightPlane& plane,
                                                std::span<const std::uint16_t> rays,
                                                LightPacket& packet, FloatVec& least_z) {
@@ -515,8 +508,7 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
 }
 
 /// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
-/// plane's unit (lab/proofs/packet_rays.g): 16 u of `extent`, the largest |x| or |y|, and by the
-/// rows second orders and double (2^-40), or products without fused operations (2^-19).
+/// plane's unit (lab/proofs/packet_rays.g). extent: the largest |x| or |y|.
 HWY_INLINE float place_error(const PacketFrame& frame, float extent) {
     const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
     return static_cast<float>(kWiden * 0x1p-20 * extent) +

@@ -72,8 +72,8 @@ HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangle
     for (const std::uint32_t slot : BitsOf(slots)) quads_of[slot] = {};
     std::uint32_t kept = 0;
     for (std::uint32_t word = 0; word < 2; ++word) {
-        for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
-            const std::size_t k = 64 * word + first_bit(rest);
+        for (const std::uint32_t bit : BitsOf(among.words[word])) {
+            const std::size_t k = 64 * word + bit;
             const RectangleLanes quad(packet.quads[k]);
             const FloatVec quad_q = splat(packet.quad_q[k]);
             const std::uint32_t met = slots & bits_of_sixteen([&](std::size_t l) HWY_ATTR {
@@ -81,7 +81,8 @@ HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangle
                                           return near & RectangleLanes(r, l).meets(quad);
                                       });
             kept |= met;
-            for (const std::uint32_t slot : BitsOf(met)) quads_of[slot].words[word] |= rest & -rest;
+            for (const std::uint32_t slot : BitsOf(met))
+                quads_of[slot].words[word] |= std::uint64_t{1} << bit;
         }
     }
     return kept;
@@ -128,11 +129,11 @@ public:
     HWY_INLINE QuadSet quads(const QuadSet& among) const {
         QuadSet kept = {};
         for (std::uint32_t word = 0; word < 2; ++word) {
-            for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
-                const std::size_t first = (64 * word + first_bit(rest)) * kQuadBlocks;
+            for (const std::uint32_t bit : BitsOf(among.words[word])) {
+                const std::size_t first = (64 * word + bit) * kQuadBlocks;
                 if (any_of_block(first) || any_of_block(first + 1) || any_of_block(first + 2) ||
                     any_of_block(first + 3))
-                    kept.words[word] |= rest & -rest;
+                    kept.words[word] |= std::uint64_t{1} << bit;
             }
         }
         return kept;
@@ -163,56 +164,11 @@ HWY_INLINE std::uint32_t triangles_at(const LightPacket& packet, const LightTria
     });
 }
 
-/// A set-up triangle in registers, with the error of its 1/z.
-struct LightPlanes : Planes {
-    HWY_INLINE LightPlanes(const LightTriangles& triangles, std::uint32_t i)
-        : Planes(triangles, i),
-          error0(splat(triangles.c0[i])),
-          error1(splat(triangles.c1[i])),
-          error2(splat(triangles.c2[i])) {}
-
-    FloatVec error0, error1, error2;
-};
-
-/// The values of a triangle at as many rays (x, y) as there are lanes: the least edge function, and
-/// 1/z from q_lower to q_upper. Overflow can make a NaN, for which both tests below are false.
-struct Position {
-    HWY_INLINE Position(const LightPlanes& p, FloatVec x, FloatVec y) : least(p.least_edge(x, y)) {
-        const FloatVec q = p.depth(x, y);
-        const FloatVec error = mul_add(q, mul_add(q, p.error2, p.error1), p.error0);
-        q_lower = q - error;
-        q_upper = q + error;
-        is_far = q_upper * p.error2 <= splat(kFarDepth);
-    }
-
-    /// The rays that certainly hit the triangle, nearer than their limit.
-    HWY_INLINE Mask is_closer(const Planes& p, FloatVec limit_upper) const {
-        return (least > p.bound) & (q_lower > limit_upper);
-    }
-
-    /// The rays that certainly miss the triangle or hit it beyond their limit.
-    HWY_INLINE Mask is_rejected(const Planes& p, FloatVec limit_lower) const {
-        return (least < -p.bound) | (is_far & (q_upper < limit_lower));
-    }
-
-    FloatVec least, q_lower, q_upper;
-    /// Where the triangle is so far away that q_upper holds.
-    Mask is_far;
-};
-
-/// A set-up triangle in registers, for certainly_misses(): the largest edge functions and 1/z.
-struct MissPlanes : Planes {
-    HWY_INLINE MissPlanes(const LightTriangles& triangles, std::uint32_t i) : Planes(triangles, i) {
-        for (int k = 0; k < 4; ++k) c[k] = splat(triangles.most_c[k][i]);
-    }
-};
-
 /// Whether all rays of a block certainly miss a triangle or hit it beyond their limits. It decides
-/// less than Position but costs less, since its constants are found once a leaf: most_c holds the
-/// bounds of edge functions and of 1/z, and all roundings (lab/proofs/packet_any.g). A ray outside
-/// the triangle's rectangle, of which the bounds say nothing, misses.
-HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
-                                 std::uint32_t block) {
+/// less than occlude() but costs less, since its constants are found once a leaf: p has most_c,
+/// with the bounds of edge functions and of 1/z, and all roundings (lab/proofs/packet_any.g). A ray
+/// outside the triangle's rectangle, of which the bounds say nothing, misses.
+HWY_INLINE bool certainly_misses(const LightPacket& packet, const Planes& p, std::uint32_t block) {
     Mask all_miss = zero() == zero();
     for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
         const std::size_t r = block * kBlockRays + l;
@@ -441,16 +397,12 @@ private:
     /// lie. Returns their number.
     HWY_INLINE std::size_t keep_blocks(const RaysWithin& rays) {
         std::size_t count = 0;
-        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
-            const std::uint32_t group = first_bit(rest);
+        for (const std::uint32_t group : BitsOf(grouped_.groups)) {
             std::uint32_t kept = 0;
-            for (std::uint32_t blocks = grouped_.of_group[group]; blocks != 0;
-                 blocks &= blocks - 1) {
-                const std::uint32_t block = first_bit(blocks);
-                if (rays.any_of_block(group * kGroupBlocks + block)) kept |= blocks & -blocks;
-            }
+            for (const std::uint32_t block : BitsOf(grouped_.of_group[group]))
+                if (rays.any_of_block(group * kGroupBlocks + block)) kept |= 1u << block;
             grouped_.of_group[group] = kept;
-            if (kept == 0) grouped_.groups &= ~(rest & -rest);
+            if (kept == 0) grouped_.groups &= ~(1u << group);
             count += hwy::PopCount(kept);
         }
         return count;
@@ -481,7 +433,7 @@ private:
         for (std::size_t k = 0; k < count; ++k) {
             const std::uint32_t item = items_[k];
             items_[uncertain] = item;
-            const MissPlanes planes(triangles_, item % kLeafTriangles);
+            const Planes planes(triangles_, item % kLeafTriangles, triangles_.most_c);
             uncertain += certainly_misses(packet_, planes, item / kLeafTriangles) ? 0 : 1;
         }
         for (std::size_t k = 0; k < uncertain; ++k)
@@ -524,7 +476,7 @@ private:
         for (std::size_t r = 0; r < listed_count; ++r) {
             const std::size_t begin = k;
             std::size_t uncertain = begin;
-            const MissPlanes planes(triangles_, listed[r].triangle);
+            const Planes planes(triangles_, listed[r].triangle, triangles_.most_c);
             for (; k < listed[r].end; ++k) {
                 const std::uint32_t block = blocks_[k];
                 blocks_[uncertain] = block;
@@ -571,9 +523,12 @@ private:
     }
 
     /// Marks the rays of a block that triangle i occludes. A ray outside the triangle's rectangle
-    /// does not hit it; the bounds do not hold there.
+    /// does not hit it; the bounds do not hold there. Overflow can make a NaN, which decides
+    /// nothing.
     HWY_NOINLINE void occlude(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
-        const LightPlanes planes(triangles_, i);
+        const Planes planes(triangles_, i);
+        const FloatVec error0 = splat(triangles_.c0[i]), error1 = splat(triangles_.c1[i]);
+        const FloatVec error2 = splat(triangles_.c2[i]);
         const RectangleLanes rectangle(triangles_.rectangles[i]);
         bool any = false;
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
@@ -583,9 +538,15 @@ private:
             const FloatVec x = load(packet_.x + r);
             const FloatVec y = load(packet_.y + r);
             const Mask in_rectangle = rectangle.holds(x, y);
-            const Position at(planes, x, y);
-            Mask occluded = in_rectangle & at.is_closer(planes, upper);
-            const Mask uncertain = and_not(occluded | at.is_rejected(planes, lower), in_rectangle);
+            const FloatVec least = planes.least_edge(x, y);
+            const FloatVec q = planes.depth(x, y);
+            const FloatVec error = mul_add(q, mul_add(q, error2, error1), error0);
+            const FloatVec most_q = q + error;
+            // Where the triangle is so far away that most_q holds.
+            const Mask is_far = most_q * error2 <= splat(kFarDepth);
+            Mask occluded = in_rectangle & ((least > planes.bound) & (q - error > upper));
+            const Mask is_rejected = (least < -planes.bound) | (is_far & (most_q < lower));
+            const Mask uncertain = and_not(occluded | is_rejected, in_rectangle);
             if (HWY_UNLIKELY(!none(uncertain)))
                 occluded = occluded | mask_of(resolve(r, leaf, i, bits_of(uncertain)));
             any |= !none(occluded);
@@ -614,7 +575,10 @@ private:
     HWY_NOINLINE std::uint32_t resolve(std::size_t r, const Leaf& leaf, std::uint32_t i,
                                        std::uint32_t lanes) const {
         FloatVec dir[3], tfar;
-        load_rays(rays_of(packet_, r / kBlockRays), r % kBlockRays, dir, tfar);
+        const std::size_t block = r / kBlockRays;
+        load_rays(block < kLightPacketBlocks ? packet_.rays[block]
+                                             : packet_.regrouped[block - kLightPacketBlocks],
+                  r % kBlockRays, dir, tfar);
         lanes::TriangleHit hits;
         const lanes::ShearedRay rays =
             lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));

@@ -84,10 +84,10 @@ HWY_INLINE float least_q(const float* q_lower) {
 /// Reduces each of four vectors to one of four floats, which are aligned. combine: min or max of
 /// two vectors.
 template <class Combine>
-HWY_INLINE void reduce_four(const FloatVec vectors[4], Combine combine, float* out) {
+HWY_INLINE void reduce_four(const FloatVec vectors[4], [[maybe_unused]] Combine combine,
+                            float* out) {
 #if HWY_TARGET == HWY_SCALAR
     for (std::size_t i = 0; i < 4; ++i) out[i] = hn::GetLane(vectors[i]);
-    (void)combine;
 #else
     hn::Store(reduce_blocks(kFloats, combine_four(vectors, combine), combine), hn::Full128<float>(),
               out);
@@ -261,11 +261,8 @@ inline constexpr float kNearestPart = 0x1p-20f;
 inline constexpr float kFarthestByDepth = 0.99999f;
 
 /// Stores the rectangles in which boxes with these bounds of x, y, z are seen. Returns which of
-/// them the packet may meet.
-///
-/// A point that is seen has z > 0. If x > 0 for all of a box, x / z is at least the least x over
-/// the greatest z, whether the box is in front of the origin or reaches behind it; so if x < 0,
-/// too. On the other sides a box that is not in front of the origin has no bound.
+/// them the packet may meet. Boxes that are not in front of the origin have bounds on one side, or
+/// none (docs/design/arithmetic.md, "Packets", step 5).
 HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[3],
                                  const FloatVec most[3], Rectangles& r, std::size_t l) {
     const FloatVec all = splat(kWholePlane);
@@ -308,16 +305,13 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
                                       NodeChildren& children) {
     std::uint32_t hits = 0;
     for (std::size_t l = 0; l < kWidth; l += kLanes) {
-        const FloatVec org[3] = {splat(frame.org.x), splat(frame.org.y), splat(frame.org.z)};
-        const FloatVec lower[3] = {planes_of(node, 0, 0, l) - org[0],
-                                   planes_of(node, 1, 0, l) - org[1],
-                                   planes_of(node, 2, 0, l) - org[2]};
-        const FloatVec upper[3] = {planes_of(node, 0, 1, l) - org[0],
-                                   planes_of(node, 1, 1, l) - org[1],
-                                   planes_of(node, 2, 1, l) - org[2]};
-        FloatVec largest = zero();
-        for (int axis = 0; axis < 3; ++axis)
+        FloatVec lower[3], upper[3], largest = zero();
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            const FloatVec org = splat(frame.org[static_cast<int>(axis)]);
+            lower[axis] = planes_of(node, axis, 0, l) - org;
+            upper[axis] = planes_of(node, axis, 1, l) - org;
             largest = max(largest, max(abs(lower[axis]), abs(upper[axis])));
+        }
         FloatVec least[3], most[3];
         for (int k = 0; k < 3; ++k)
             project_boxes(frame, k, lower, upper, largest, least[k], most[k]);

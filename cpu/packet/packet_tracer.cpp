@@ -18,12 +18,8 @@ namespace mray::cpu::HWY_NAMESPACE {
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
     const std::size_t width = tile.x1 - tile.x0;
-    const HitLanes misses = no_hits();
-    alignas(64) Hit row[kCameraSide];
-    for (std::size_t l = 0; l < kCameraSide; l += kLanes) {
-        hn::StoreInterleaved4(misses.t, misses.u, misses.v, as_float(misses.prim_ids), kFloats,
-                              &row[l].t);
-    }
+    Hit row[kCameraSide];
+    std::fill_n(row, kCameraSide, no_hit());
     for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride) {
         if (HWY_LIKELY(width == kCameraSide)) {
             std::memcpy(hits, row, sizeof row);
@@ -73,15 +69,10 @@ bool intersect_camera_packet(const Bvh& bvh, PacketUse use, const ImageParams& p
 
 bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile& rays,
                              StoredDirections& directions, CameraPacket& packet, Hit* hits) {
-#if HWY_TARGET == HWY_SCALAR
     // A vector of one lane cannot hold the two halves of a ray.
-    (void)bvh, (void)use, (void)rays, (void)directions, (void)packet, (void)hits;
-    return false;
-#else
-    return frame_stored_packet(rays, directions, packet) &&
+    return kLanes > 1 && frame_stored_packet(rays, directions, packet) &&
            trace_camera_packet(bvh, use, {0, 0, rays.width, rays.height}, packet, hits,
                                kCameraSide);
-#endif
 }
 
 /// Writes which rays of a block in place are occluded or absent.

@@ -64,10 +64,9 @@ private:
 inline std::uint32_t finite_triangles(const Leaf& leaf) {
     std::uint32_t finite = 0;
     for (std::uint32_t i = 0; i < std::size(leaf.vertex); ++i) {
-        float largest = -kSceneExtent;
-        for (std::uint32_t k = 0; k < 3; ++k)
-            largest = std::max(largest, leaf.vertex[corner(leaf.vertex[i].corners, k)].x);
-        finite |= (largest <= kSceneExtent ? 1u : 0u) << i;
+        const std::uint32_t local = leaf.vertex[i].corners;
+        const auto x = [&](std::uint32_t k) { return leaf.vertex[corner(local, k)].x; };
+        finite |= (finite_coordinates(x(0), x(1), x(2)) ? 1u : 0u) << i;
     }
     return finite;
 }
@@ -126,7 +125,7 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
 /// Vertices in the packet's projection.
 struct TriangleVertices {
     FloatVec x[3], y[3], z[3];
-    /// The largest coordinate relative to the leaf's first vertex, in scene space.
+    /// The largest ProjectedVertices::size.
     FloatVec extent;
     /// The part of |x - X z| + |y - Y z|'s error that grows with the extent and the distance, for
     /// any ray (X, Y); the rule's displacement included.
@@ -196,7 +195,7 @@ struct CameraTriangles : SetUpTriangles {
 struct LightTriangles : SetUpTriangles {
     PerTriangle<float> c0, c1, c2, q;
     Rectangles rectangles;
-    /// c plus kMissBound * bound, and that of 1/z plus the largest error (MissPlanes).
+    /// c plus kMissBound * bound, and that of 1/z plus the largest error (certainly_misses).
     PerTriangle<float> most_c[4];
     /// As bits. Triangles with a vertex `behind`, not in front of the origin, have the whole plane.
     std::uint32_t unoriented, behind;
@@ -205,11 +204,15 @@ struct LightTriangles : SetUpTriangles {
 /// A set-up triangle in registers, for all its (triangle, block) items.
 struct Planes {
     HWY_INLINE Planes(const SetUpTriangles& triangles, std::uint32_t i)
+        : Planes(triangles, i, triangles.c) {}
+    /// With these constants in place of c.
+    HWY_INLINE Planes(const SetUpTriangles& triangles, std::uint32_t i,
+                      const PerTriangle<float> (&constants)[4])
         : bound(splat(triangles.bound[i])) {
         for (int k = 0; k < 4; ++k) {
             a[k] = splat(triangles.a[k][i]);
             b[k] = splat(triangles.b[k][i]);
-            c[k] = splat(triangles.c[k][i]);
+            c[k] = splat(constants[k][i]);
         }
     }
 
@@ -373,11 +376,8 @@ private:
 /// a b - c d, off by 2^-23 of itself where there are fused operations.
 HWY_INLINE FloatVec difference_of_two_products(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
     const FloatVec right = c * d;
-#if HWY_NATIVE_FMA
-    return mul_sub(a, b, right) + neg_mul_add(c, d, right);
-#else
-    return mul_sub(a, b, right);
-#endif
+    const FloatVec difference = mul_sub(a, b, right);
+    return HWY_NATIVE_FMA ? difference + neg_mul_add(c, d, right) : difference;
 }
 
 HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const FloatVec z[3],
@@ -628,7 +628,7 @@ private:
     }
 
     /// Stores 1/z and its error: a camera packet's for the whole rectangle, a light packet's by q,
-    /// and the largest one in most_c (MissPlanes).
+    /// and the largest one in most_c.
     HWY_INLINE void store_depth(const DepthBounds& bounds, const TriangleVertices& v,
                                 const TriangleRectangles& p, const TriangleLaterals& s,
                                 const TrianglePlaneSet& planes, Triangles& out,

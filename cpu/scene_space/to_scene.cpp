@@ -26,16 +26,8 @@ HWY_INLINE std::array<float, 3> centre_of(const SceneSpace& space) {
 
 /// Makes kLanes / 2 rays. A vector holds the two halves of some rays side by side: lane 2 i has
 /// (org, tnear) of ray i, lane 2 i + 1 its (dir, tfar). Returns the lanes 2 i + 1 of rays that are
-/// set.
-///
-/// All operations are those of to_scene() on doubles, rounded to floats. They give its bits:
-///
-/// 1. Products with powers of two are exact unless they overflow or become denormals. Overflows
-///    are refused, or cut at kInfiniteT. Denormals are 0 in to_scene(), too, or end below 2^-100.
-/// 2. world - centre is rounded to double there, and then to float; here to float at once. If the
-///    exponents differ by less than 29, the difference has at most 53 digits and is exact as a
-///    double. Otherwise the smaller number is below a quarter of the distance of the larger one
-///    from the next floats, and both ways give the larger one.
+/// set. All operations are those of to_scene() on doubles, rounded to floats, and give its bits
+/// (docs/design/arithmetic.md, "Into scene space in floats").
 HWY_INLINE std::uint32_t make_rays(const StoredRay* from, const float* centre, int exponent,
                                    Ray* rays, std::int32_t* t_exponents) {
     const Mask is_dir = mask_of(0xAAAAAAAAu & kLaneBits);
@@ -104,7 +96,7 @@ void make_rays_in_lanes(const SceneSpace& space, std::span<const StoredRay> rays
 
 /// Makes `count` positions, at least kLanes; the coordinates are one array of floats. All
 /// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
-/// for positions that are not left out (make_rays() says why).
+/// for positions that are not left out.
 HWY_INLINE MadePositions make_run(const SceneSpace& space, const float* world, std::size_t count,
                                   float* scene) {
     const FloatVec scale = as_float(as_uint(splat((space.exponent() + 127) << 23)));

@@ -30,6 +30,13 @@ struct FastTriangle {
     FloatVec za, zb, zc;
 };
 
+/// Takes t, u and v of these lanes from another hit.
+HWY_INLINE void take_hits(Mask lanes, const lanes::TriangleHit& from, lanes::TriangleHit& hit) {
+    hit.t = select(lanes, from.t, hit.t);
+    hit.u = select(lanes, from.u, hit.u);
+    hit.v = select(lanes, from.v, hit.v);
+}
+
 /// refine_hit() of these lanes, by pairs alone where doubles do not decide.
 HWY_NOINLINE inline void refine_hits(const lanes::ShearedRay& s, const lanes::Edges& e,
                                      const TriangleCorners& t, Mask rough,
@@ -51,13 +58,9 @@ HWY_NOINLINE inline void refine_hits(const lanes::ShearedRay& s, const lanes::Ed
         lanes::TriangleHit exact = hit;
         exact.error = zero_unless(rough, hit.error);
         lanes::refine_hit(s, e, a, b, c, exact);
-        refined.t = select(is_placed, refined.t, exact.t);
-        refined.u = select(is_placed, refined.u, exact.u);
-        refined.v = select(is_placed, refined.v, exact.v);
+        take_hits(left, exact, refined);
     }
-    hit.t = select(rough, refined.t, hit.t);
-    hit.u = select(rough, refined.u, hit.u);
-    hit.v = select(rough, refined.v, hit.v);
+    take_hits(rough, refined, hit);
 }
 
 /// is_refined_in_range() of the lanes `hits`.
@@ -113,9 +116,7 @@ HWY_INLINE Mask decide_hits(const lanes::ShearedRay& s, const FastTriangle& fast
     if (!none(uncertain)) {
         lanes::TriangleHit exact;
         hits = hits | intersect_exactly(s, range, t, uncertain, exact);
-        hit.t = select(uncertain, exact.t, hit.t);
-        hit.u = select(uncertain, exact.u, hit.u);
-        hit.v = select(uncertain, exact.v, hit.v);
+        take_hits(uncertain, exact, hit);
     }
     return hits & lanes::finite_vertices(t.a, t.b, t.c);
 }

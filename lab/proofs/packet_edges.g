@@ -4,7 +4,7 @@
 #                function is at most bound = 2 error (reach + error) + kEdgeRounding size
 #                (reach + kShearRounding R z_size) + 1.01 ray_error slope from that of the vertices
 #                displaced by the rule
-#   code         find_edges, store_edges, Planes (cpu/packet/triangle_setup-inl.h), Position
+#   code         find_edges, store_edges, Planes (cpu/packet/triangle_setup-inl.h), occlude
 #                (cpu/packet/light_trace-inl.h), RowPlanes (cpu/packet/camera_packet-inl.h)
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray
 #                (X, Y) with |X|, |Y|, |m| <= R; X' = (X, Y) - m, and size + |X'| z_size <= reach

@@ -5,7 +5,7 @@
 #                (leaf_error / z_least + ray_error) + kRectangleRounding; rows of boxes hold those of
 #                their triangles' displaced vertices with kBoxError row_size size; a box with n.p <
 #                -kWedgeMargin size in all its points has no point of a ray
-#   code         find_rectangles (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid
+#   code         find_rectangles, PixelRange (cpu/packet/triangle_setup-inl.h), find_active
 #                (cpu/packet/camera_packet-inl.h),
 #                project_boxes, rectangle_of_box, set_wedges, may_have_wedges, outside_wedges
 #                (cpu/packet/packet_plane-inl.h)

@@ -2,7 +2,7 @@
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = a X + b Y + c as computed, where
 #                (q + that) c2 <= kFarDepth
-#   code         DepthBounds, store_depth (cpu/packet/triangle_setup-inl.h), Position
+#   code         DepthBounds, store_depth (cpu/packet/triangle_setup-inl.h), occlude
 #                (cpu/packet/light_trace-inl.h), nearest_q (cpu/packet/packet_plane-inl.h)
 #   constants    kSlantDistance by |N|_1, kVertexError by the rows, kPlaneError by gradient
 #   inputs       |det| > kLeastSlantVolume (1 + size + z_size), < kMostVolume. The rule hits the triangle at the ray (X, Y), |X|, |Y| <= R, with edge functions U; those that are
