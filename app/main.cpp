@@ -46,17 +46,24 @@ void hold_standard_descriptors() {
     });
 }
 
-ExitCode run_program(const std::vector<std::string>& arguments) {
+constexpr std::pair<const char*, ExitCode (*)(const Options&, const Messages&)> kCommands[] = {
+    {"render", run_render}, {"view", run_view},      {"crosscheck", run_crosscheck},
+    {"diff", run_diff},     {"probe", run_probe},    {"profile", run_profile},
+    {"trace", run_trace},   {"query", run_query},    {"chart", run_chart},
+    {"info", run_info},     {"devices", run_devices}};
+
+ExitCode run_program(int argc, char** argv) {
     Messages messages;
     Failure end;
     attempt(end, messages, [&] {
-        const ParsedCommandLine parsed = parse_command_line(arguments);
-        messages = Messages(parsed.quiet, parsed.verbose);
+        if (run_check_child(argc, argv)) return;
+        const ParsedCommandLine parsed =
+            parse_command_line(std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));
         messages.print(parsed.text);
-        if (parsed.options)
-            end.code =
-                std::visit([&](const auto& options) { return run_command(options, messages); },
-                           *parsed.options);
+        if (!parsed.options) return;
+        messages = Messages(parsed.options->quiet, parsed.options->verbose);
+        for (const auto& [name, run_command] : kCommands)
+            if (parsed.options->command == name) end.code = run_command(*parsed.options, messages);
     });
     return end.code;
 }
@@ -67,7 +74,6 @@ ExitCode run_program(const std::vector<std::string>& arguments) {
 int main(int argc, char** argv) {
     using namespace mray::app;
     hold_standard_descriptors();
-    allow_check_in_child();
     handle_signals();
-    end_process(run_program({argv + (argc > 0 ? 1 : 0), argv + argc}));
+    end_process(run_program(argc, argv));
 }

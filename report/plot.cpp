@@ -4,8 +4,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
@@ -16,7 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A temporary file, removed at the end.
 struct ScratchFile {
     std::string path;
     ~ScratchFile() { unlink(path.c_str()); }
@@ -65,21 +63,13 @@ void require_matplotlib(std::string_view who) {
 
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format, bool narrow) {
     static const std::string python = find_python();
-    std::string spec;
-    const auto add = [&spec](std::string_view name, std::string value) {
-        std::ranges::replace_if(
-            value, [](char c) { return c == '\n' || c == '\r'; }, ' ');
-        spec += fmt::format("{}\t{}\n", name, value);
-    };
-    add("title", figure.title);
-    add("footer", figure.footer);
-    add("details", figure.details);
-    for (const Panel& panel : figure.panels) {
-        add("panel", "");
-        for (const auto& [name, value] : panel) add(name, value);
-    }
+    const nlohmann::json spec = {{"title", figure.title},
+                                 {"footer", figure.footer},
+                                 {"details", figure.details},
+                                 {"panels", figure.panels},
+                                 {"csv", csv}};
     const ScratchFile data{new_scratch_path()};
-    write_file(data.path, fmt::format("{}csv\n{}", spec, csv));
+    write_file(data.path, spec.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     const std::string command =
         fmt::format("{} {} {} {}{}", shell_quoted(python), shell_quoted(script_path()),
                     shell_quoted(data.path), format, narrow ? " narrow" : "");

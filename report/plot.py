@@ -1,7 +1,7 @@
-# plot.py SPEC svg|pdf|png [narrow]: draws the figure that a file names to stdout, 25 cm wide, or narrow: 8.5 cm,
-# for phones and columns of a paper. report/plot.cpp starts it. SPEC has lines of a key, a tab and a text: title,
-# footer, details (not drawn, but in the file); panel, which begins one; csv, after which comes the text of a
-# table, whose column "disturbed" is not empty where a speed means little. Of panels:
+# plot.py SPEC svg|pdf|png [narrow]: draws the figure that a JSON file describes to stdout, 25 cm wide, or narrow:
+# 8.5 cm, for phones and columns of a paper. report/plot.cpp starts it. SPEC has title, footer, details (not drawn,
+# but in the file), panels, and csv, the text of a table, whose column "disturbed" is not empty where a speed means
+# little. Of panels:
 #   kind (lines, points or map), title, note (below it), xlabel, ylabel
 #   x, y, lower, upper, xlower, xupper  columns of numbers, and of the ends of bars or of a light band
 #   series, family  columns of what tells curves apart or names the rows of a map, and of what shares a colour
@@ -13,6 +13,7 @@
 #              numbers, others before them, and whether they are in % from 10,000 on
 import csv
 import io
+import json
 import math
 import re
 import sys
@@ -268,19 +269,12 @@ def draw(spec, narrow):
 
 
 def main(path, form, narrow=""):
-    # Names of scenes may be no UTF-8.
-    with open(path, encoding="utf-8", errors="replace") as file:
-        head, _, table = file.read().partition("\ncsv\n")
-    spec = place = {"csv": table, "panels": []}
-    for line in head.split("\n"):
-        key, _, value = line.partition("\t")
-        if key == "panel":
-            spec["panels"].append(place := {})
-        else:
-            place[key] = value
-    about = {"svg": {"Description": spec["details"], "Date": None}, "png": {},
-             "pdf": {"Subject": spec["details"], "CreationDate": None}}[form]
-    draw(spec, narrow).savefig(sys.stdout.buffer, format=form, metadata={"Title": spec["title"], **about}, dpi=144)
+    with open(path, encoding="utf-8") as file:
+        spec = json.load(file)
+    title, details = (spec[key].replace("\n", " ") for key in ("title", "details"))
+    about = {"svg": {"Description": details, "Date": None}, "png": {},
+             "pdf": {"Subject": details, "CreationDate": None}}[form]
+    draw(spec, narrow).savefig(sys.stdout.buffer, format=form, metadata={"Title": title, **about}, dpi=144)
 
 
 main(*sys.argv[1:])

@@ -1,9 +1,11 @@
 // Shell commands, and arguments as text for a shell.
 #pragma once
 
+#include <fmt/format.h>
 #include <sys/wait.h>
 
 #include <cstdio>
+#include <ranges>
 #include <span>
 #include <string>
 
@@ -39,12 +41,7 @@ inline std::string shell_quoted(const std::string& argument) {
 }
 
 inline std::string shell_line(std::span<const std::string> arguments) {
-    std::string line;
-    for (const std::string& argument : arguments) {
-        if (!line.empty()) line += ' ';
-        line += shell_quoted(argument);
-    }
-    return line;
+    return fmt::format("{}", fmt::join(arguments | std::views::transform(shell_quoted), " "));
 }
 
 }  // namespace mray

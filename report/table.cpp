@@ -1,5 +1,7 @@
 #include "report/table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <map>
@@ -68,15 +70,12 @@ std::string Table::text() const {
 
 std::string Table::csv() const {
     std::string text;
-    const auto append = [&](const std::vector<std::string>& row) {
-        for (std::size_t i = 0; i < row.size(); ++i) {
-            if (i > 0) text.push_back(',');
-            text.append(quoted_cell(row[i]));
-        }
-        text += '\n';
+    const auto append = [&](std::vector<std::string> row) {
+        std::ranges::transform(row, row.begin(), quoted_cell);
+        text += fmt::format("{}\n", fmt::join(row, ","));
     };
     append(header_);
-    for (const auto& row : rows_) append(row);
+    std::ranges::for_each(rows_, append);
     return text;
 }
 
@@ -88,7 +87,7 @@ std::string markup_text(const std::string& text) {
         if (const auto entity = entities.find(c); entity != entities.end())
             result += entity->second;
         else
-            result += c < 0x20 || c >= 0x7F ? '?' : c;
+            result += (c < 0x20 && c != '\n') || c >= 0x7F ? '?' : c;
     }
     return result;
 }

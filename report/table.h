@@ -37,8 +37,8 @@ private:
     std::vector<std::vector<std::string>> rows_;
 };
 
-/// The text with markup as entities, and '?' for all but printable ASCII: a reader rejects the
-/// whole report for one bad byte.
+/// The text with markup as entities, and '?' for all but printable ASCII and ends of lines: a
+/// reader rejects the whole report for one bad byte.
 std::string markup_text(const std::string& text);
 
 }  // namespace mray

@@ -102,7 +102,7 @@ bool has_ground(const std::optional<bool>& option, const morphray::View& world,
     return glm::dot(to_dvec3(*world.eye) - glm::dvec3(ground.front()), to_dvec3(world.up)) > 0;
 }
 
-AnimationScene::AnimationScene(const morphray::Device& device, const ImageOptions& options,
+AnimationScene::AnimationScene(const morphray::Device& device, const Options& options,
                                const Animation& animation, double first_frame,
                                const Messages& messages, const std::atomic<bool>& cancel)
     : animation_(animation),
@@ -206,8 +206,6 @@ void AnimationScene::advance(double frame) {
     const std::optional<double> prepared = std::exchange(prepared_, std::nullopt);
     if (prepared) reading_.wait();
     deform_ms_ = prepared == frame ? reading_.get() : place(frame);
-    trace_ms_ = 0;
-    rays_ = 0;
     call_library([&] { update_ = scene_->update(); });
     warn_of_left_out();
 }
@@ -225,21 +223,8 @@ double AnimationScene::deform(double frame) {
 void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
     call_library([&] {
         scene_->render(view, image);
-        trace_ms_ = image.trace_ms;
-        rays_ = image.ray_count;
         update_ = scene_->last_update();
     });
-}
-
-FrameTimes AnimationScene::times() const {
-    return {.deform_ms = deform_ms_ + update_.read_ms,
-            .update = {.upload_ms = update_.upload_ms,
-                       .refit_ms = update_.refit_ms,
-                       .decide_ms = update_.decide_ms,
-                       .restructure_ms = update_.restructure_ms,
-                       .rebuild_ms = update_.rebuild_ms},
-            .trace_ms = trace_ms_,
-            .rays = rays_};
 }
 
 std::string AnimationScene::refitted_on() const {
@@ -249,16 +234,14 @@ std::string AnimationScene::refitted_on() const {
     return scene_->device().name() == "vulkan" ? "vulkan" : "cpu";
 }
 
-PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions& backend,
-                              const std::optional<double>& frame, const Messages& messages) {
-    PosedAnimation posed{open_animation(source, messages), nullptr};
+PosedAnimation pose_animation(const Options& options, const Messages& messages) {
+    PosedAnimation posed{open_animation(options.source, messages), nullptr};
     const Animation& animation = *posed.animation;
-    const double number = select_frame(frame, std::nullopt, animation);
-    const ImageOptions options{.view = {}, .tree = {.update = {PolicyKind::kRefit}}};
+    const double frame = select_frame(options, animation);
     {
         const Progress progress("building the tree", 0, messages);
-        posed.scene = std::make_unique<AnimationScene>(open_device(backend, messages), options,
-                                                       animation, number, messages);
+        posed.scene = std::make_unique<AnimationScene>(open_device(options.backend, messages),
+                                                       options, animation, frame, messages);
     }
     const Topology& topology = animation.topology();
     const std::uint64_t bad = count_not_finite(topology, posed.scene->positions());

@@ -16,7 +16,7 @@ public:
     /// Builds the tree at options.tree.build_at, or else at first_frame. A lit scene has textures,
     /// and a ground if the options say so. The animation must outlive it, and so must `cancel`,
     /// which ends the building of trees by Error(kCancelled).
-    AnimationScene(const morphray::Device& device, const ImageOptions& options,
+    AnimationScene(const morphray::Device& device, const Options& options,
                    const Animation& animation, double first_frame, const Messages& messages,
                    const std::atomic<bool>& cancel = interrupt_flag());
     AnimationScene(const AnimationScene&) = delete;
@@ -34,8 +34,8 @@ public:
     const morphray::Scene& scene() const { return *scene_; }
     /// The last build or advance(); after render() with the refit that a device ran with the trace.
     const morphray::Update& update() const { return update_; }
-    /// Times of the last advance() and render(); before the first advance(), of the build.
-    FrameTimes times() const;
+    /// The milliseconds that the positions of the frame took.
+    double deform_ms() const { return deform_ms_ + update_.read_ms; }
     /// The vertices of the mesh at the frame, in world space.
     std::span<const vec3> positions() const { return positions_; }
     /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
@@ -60,8 +60,6 @@ private:
     double current_ = 0;
     bool is_fresh_ = true;
     double deform_ms_ = 0;
-    double trace_ms_ = 0;
-    std::uint64_t rays_ = 0;
     morphray::Update update_;
     std::optional<double> prepared_;
     /// Writes to positions_.
@@ -88,8 +86,7 @@ struct PosedAnimation {
     std::unique_ptr<AnimationScene> scene;
 };
 
-/// Opens the scene at this frame, or at its first. Warns of triangles that are not finite.
-PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions& backend,
-                              const std::optional<double>& frame, const Messages& messages);
+/// Opens the scene at its frame. Warns of triangles that are not finite.
+PosedAnimation pose_animation(const Options& options, const Messages& messages);
 
 }  // namespace mray::app

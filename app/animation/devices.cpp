@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <cstdlib>
 
 namespace mray::app {
 namespace {
@@ -15,27 +14,21 @@ using namespace std::chrono_literals;
 
 /// More than the test's own time limit for a dispatch.
 constexpr auto kTimeLimit = 60s;
-constexpr char kChild[] = "MORPHRAY_DEVICE_CHECK_CHILD";
+/// The name of a process that tests the device of its one argument.
+constexpr char kChild[] = "morphray-device-check";
 
 bool may_start_child = false;
 
-/// Starts `morphray devices --check` for one device, without output. Returns nothing if that fails.
+/// Starts this program to test one device, without output. Returns nothing if that fails.
 std::optional<pid_t> start_child(const std::string& device) {
-    std::string program = "morphray", command = "devices", option = "--check";
-    char* arguments[] = {program.data(), command.data(), option.data(), nullptr};
-    std::string mark = std::string(kChild) + '=' + device;
-    std::vector<char*> environment;
-    for (char** variable = environ; *variable != nullptr; ++variable)
-        environment.push_back(*variable);
-    environment.push_back(mark.data());
-    environment.push_back(nullptr);
+    std::string name = kChild, argument = device;
+    char* arguments[] = {name.data(), argument.data(), nullptr};
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
         posix_spawn_file_actions_addopen(&files, fd, "/dev/null", O_WRONLY, 0);
     pid_t child = 0;
-    const int result =
-        ::posix_spawn(&child, "/proc/self/exe", &files, nullptr, arguments, environment.data());
+    const int result = ::posix_spawn(&child, "/proc/self/exe", &files, nullptr, arguments, environ);
     posix_spawn_file_actions_destroy(&files);
     return result == 0 ? std::optional(child) : std::nullopt;
 }
@@ -60,17 +53,12 @@ std::string wait_for(pid_t child) {
 morphray::Device open_chosen(BackendChoice choice, const BackendOptions& options) {
     const morphray::CpuOptions cpu = {.threads = options.threads, .simd = options.simd};
     if (choice == BackendChoice::kVulkan) {
-#ifdef MORPHRAY_HAS_VULKAN
         const morphray::DeviceCheck check = call_library([&] {
             const std::optional<morphray::DeviceCheck> kept =
                 morphray::kept_device_check(options.device);
             return kept ? *kept : check_device(options.device);
         });
         if (!check.passed) throw Error(kind_of(check.code), check.problem);
-#else
-        throw Error(ErrorKind::kUnavailable,
-                    "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
-#endif
     }
     return call_library([&] {
         if (choice == BackendChoice::kVulkan)
@@ -92,18 +80,16 @@ bool is_lack_of_vulkan(const Error& error) {
 
 /// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
 bool has_only_software_devices() {
-    bool any = false;
+    std::vector<morphray::VulkanDeviceInfo> usable;
     try {
-        for (const morphray::VulkanDeviceInfo& device : vulkan_devices()) {
-            if (!device.unusable.empty()) continue;
-            if (device.type != "cpu") return false;
-            any = true;
-        }
+        usable = vulkan_devices();
     } catch (const Error& error) {
         // try_vulkan() warns of the reason.
         if (!is_lack_of_vulkan(error)) throw;
     }
-    return any;
+    std::erase_if(usable, [](const auto& device) { return !device.unusable.empty(); });
+    return !usable.empty() &&
+           std::ranges::all_of(usable, [](const auto& device) { return device.type == "cpu"; });
 }
 
 /// Nothing, after a warning, if Vulkan is not available and the options do not ask for it.
@@ -121,11 +107,7 @@ std::optional<morphray::Device> try_vulkan(const BackendOptions& options,
 }  // namespace
 
 std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
-#ifdef MORPHRAY_HAS_VULKAN
     return call_library([] { return morphray::vulkan_devices(); });
-#else
-    throw Error(ErrorKind::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
-#endif
 }
 
 morphray::Device open_device(const BackendOptions& options, const Messages& messages) {
@@ -155,13 +137,15 @@ BuildConfig build_config(const BackendOptions& options) {
     return {.threads = options.threads, .watch = Watch(&interrupt_flag())};
 }
 
-void allow_check_in_child() { may_start_child = true; }
-
-bool is_check_child() { return std::getenv(kChild) != nullptr; }
+bool run_check_child(int argc, char** argv) {
+    may_start_child = argc > 0 && argv[0] != std::string_view(kChild);
+    if (may_start_child || argc != 2) return false;
+    check_device(argv[1]);
+    return true;
+}
 
 morphray::DeviceCheck check_device(const std::string& device) {
     return call_library([&] {
-        if (is_check_child()) return morphray::check_vulkan_device(std::getenv(kChild));
         const std::optional<pid_t> child = may_start_child ? start_child(device) : std::nullopt;
         if (!child) return morphray::check_vulkan_device(device);
         const std::string end = wait_for(*child);

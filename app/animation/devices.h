@@ -1,4 +1,4 @@
-// Opens the devices that the options choose. Nothing else knows whether Vulkan was built in.
+// Opens the devices that the options choose.
 #pragma once
 
 #include "app/base/messages.h"
@@ -21,9 +21,9 @@ BuildConfig build_config(const BackendOptions& options);
 // The self-test of Vulkan devices, in a process of its own, so that a device that hangs ends that
 // one alone.
 
-/// Lets check_device() start this program again. Without it the test runs in this process.
-void allow_check_in_child();
-bool is_check_child();
+/// Lets check_device() start this program again; otherwise the test runs in this process. Returns
+/// true, after the test, in the process that was started for it.
+bool run_check_child(int argc, char** argv);
 
 /// Tests the device that BackendOptions::device names, and keeps the result.
 morphray::DeviceCheck check_device(const std::string& device);

@@ -1,8 +1,5 @@
 #include "app/animation/frames.h"
 
-#include <cmath>
-#include <map>
-
 #include "scenes/gltf/gltf_animation.h"
 #include "scenes/sequence/file_patterns.h"
 
@@ -90,29 +87,12 @@ std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Mes
     return open_scene(source.scene, options);
 }
 
-void warn_of_numbered_scenes(const std::vector<std::string>& scenes, const Messages& messages) {
-    constexpr const char* kDigits = "0123456789";
-    std::map<std::string, std::size_t> counts;
-    for (const std::string& scene : scenes) {
-        const std::size_t last = scene.find_last_of(kDigits);
-        if (!has_mesh_name(scene) || last < scene.rfind('/') + 1) continue;
-        const std::size_t first = scene.find_last_not_of(kDigits, last) + 1;
-        ++counts[scene.substr(0, first) + '*' + scene.substr(last + 1)];
-    }
-    for (const auto& [pattern, count] : counts)
-        if (count > 1)
-            messages.warn({escape(pattern),
-                           fmt::format("{} files are a scene each and do not move; for an "
-                                       "animation, put the pattern in quotes, which keep it from "
-                                       "the shell",
-                                       count)});
-}
-
-std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,
-                                  const Animation& animation, DefaultFrames otherwise) {
-    if (build_at) require_in_animation("--build-at", *build_at, animation);
-    if (frames == "all") return whole_frames(animation);
-    if (frames.empty()) {
+std::vector<double> select_frames(const Options& options, const Animation& animation,
+                                  DefaultFrames otherwise) {
+    if (options.tree.build_at)
+        require_in_animation("--build-at", *options.tree.build_at, animation);
+    if (options.frames == "all") return whole_frames(animation);
+    if (options.frames.empty()) {
         std::vector<double> all = whole_frames(animation);
         constexpr std::size_t kFew = 4;
         if (otherwise == DefaultFrames::kAll || all.size() <= kFew) return all;
@@ -120,17 +100,17 @@ std::vector<double> select_frames(const std::string& frames, const std::optional
         // The middle and a quarter, where some parts have moved and others have not.
         return {all.front(), all[last / 4], all[last / 2], all.back()};
     }
-    std::vector<double> selected = parse_frame_range(frames);
+    std::vector<double> selected = parse_frame_range(options.frames);
     for (const double frame : {selected.front(), selected.back()})
         require_in_animation("--frames", frame, animation);
     return selected;
 }
 
-double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
-                    const Animation& animation) {
-    if (build_at) require_in_animation("--build-at", *build_at, animation);
-    if (frame) require_in_animation("--frame", *frame, animation);
-    return frame.value_or(animation.first_frame());
+double select_frame(const Options& options, const Animation& animation) {
+    if (options.tree.build_at)
+        require_in_animation("--build-at", *options.tree.build_at, animation);
+    if (options.frame) require_in_animation("--frame", *options.frame, animation);
+    return options.frame.value_or(animation.first_frame());
 }
 
 std::vector<std::string> frame_labels(std::span<const double> frames, const Animation& animation) {

@@ -11,9 +11,6 @@ namespace mray::app {
 
 std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages);
 
-/// Warns of mesh files whose names differ in a number alone: a shell makes them of a pattern.
-void warn_of_numbered_scenes(const std::vector<std::string>& scenes, const Messages& messages);
-
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
 /// Parses `A`, `A..B` or `A..B:STEP`, with A <= B and STEP > 0 (1), or several of them with commas
@@ -25,12 +22,11 @@ enum class DefaultFrames { kAll, kFew };
 
 /// The frames of --frames; without it up to four whole ones from the first to the last. Throws
 /// Error(kBadArgument), also for --build-at outside of the animation.
-std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,
-                                  const Animation& animation, DefaultFrames otherwise);
+std::vector<double> select_frames(const Options& options, const Animation& animation,
+                                  DefaultFrames otherwise);
 
 /// The frame of --frame, or the first. Throws Error(kBadArgument) if it or --build-at is outside.
-double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
-                    const Animation& animation);
+double select_frame(const Options& options, const Animation& animation);
 
 /// For each frame "0007", or "0007.25" where some lie between whole ones, with as many digits as
 /// the last frame of the animation needs: sorted labels have the frames' order.

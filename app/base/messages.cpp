@@ -51,13 +51,7 @@ constexpr std::size_t kProgressColumns = 79;
 std::mutex terminal_mutex;
 bool has_line = false;
 
-void write_stderr(std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
-        if (written <= 0) return;
-        text.remove_prefix(static_cast<std::size_t>(written));
-    }
-}
+void write_stderr(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
 
 void clear_line() {
     if (std::exchange(has_line, false)) write_stderr(kClearLine);
@@ -222,10 +216,14 @@ void write_report(const std::string& file, std::string_view text) {
     write_file(file == "-" ? kStdout : file, text);
 }
 
-void take_exception(Failure& failure, const Messages& messages) {
-    const Failure now = describe_failure(std::current_exception());
-    messages.error(now);
-    if (failure.code == ExitCode::kOk || failure.code == ExitCode::kPartial) failure = now;
+void attempt(Failure& failure, const Messages& messages, const std::function<void()>& work) {
+    try {
+        work();
+    } catch (...) {
+        const Failure now = describe_failure(std::current_exception());
+        messages.error(now);
+        if (failure.code == ExitCode::kOk || failure.code == ExitCode::kPartial) failure = now;
+    }
 }
 
 ExitCode write_reports(ExitCode work, const Messages& messages,

@@ -140,17 +140,8 @@ void in_batches(const char* label, std::size_t total, const Messages& messages, 
 /// Writes to the file, or to stdout for "-". Throws Error(kOutput).
 void write_report(const std::string& file, std::string_view text);
 
-void take_exception(Failure& failure, const Messages& messages);
-
 /// Calls work(). What it throws is an error message, and replaces a failure of kOk or kPartial.
-template <class Work>
-void attempt(Failure& failure, const Messages& messages, const Work& work) {
-    try {
-        work();
-    } catch (...) {
-        take_exception(failure, messages);
-    }
-}
+void attempt(Failure& failure, const Messages& messages, const std::function<void()>& work);
 
 /// The file, empty if none is wanted, and what makes its text.
 using Report = std::pair<std::string, std::function<std::string()>>;

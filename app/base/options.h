@@ -1,10 +1,10 @@
-// The options of the commands as plain data: a structure for each command.
+// The options of all commands as plain data.
 #pragma once
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <variant>
+#include <ranges>
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
@@ -19,11 +19,10 @@ namespace mray::app {
 struct Pixel {
     std::uint32_t x = 0;
     std::uint32_t y = 0;
+    bool operator==(const Pixel&) const = default;
 };
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
-
-enum class Reference { kAuto, kBrute, kCpu };
 
 enum class ExrColours { kHalf, kFloat };
 
@@ -49,137 +48,72 @@ struct TreeOptions {
     std::optional<double> build_at = {};
 };
 
-struct ImageOptions {
+/// What a command line says; app/cli/command_line.cpp lists the commands that have an option.
+struct Options {
+    std::string command = {};
+    bool quiet = false;
+    bool verbose = false;
+    /// SCENES or FILES.
+    std::vector<std::string> inputs = {};
+    /// With SCENE; of crosscheck the one that is being checked.
     SourceOptions source = {};
+    std::string frames = {};
+    /// Without a value the first frame of the scene.
+    std::optional<double> frame = {};
+    Pixel pixel = {};
     /// In the coordinates of the file, as all views of options.
-    morphray::View view = {.shading = morphray::Shading::lit};
-    /// Also writes EXR files.
-    std::optional<ExrColours> exr = {};
+    morphray::View view = {};
+    /// The kinds that crosscheck compares.
+    std::vector<morphray::Rays> rays = {morphray::Rays::primary, morphray::Rays::shadow,
+                                        morphray::Rays::ao};
     /// The scene stands on a plane that shows the background; without a value has_ground() decides.
     std::optional<bool> ground = {};
     BackendOptions backend = {};
-    TreeOptions tree = {.update = {PolicyKind::kAuto}};
-};
+    TreeOptions tree = {};
 
-struct RenderOptions {
-    ImageOptions image = {};
-    std::string frames = {};
-    std::string out = "out";
-    std::string hits = {};
+    std::string out = {};
     std::string json = {};
-};
-
-struct ViewOptions {
-    ImageOptions image = {
-        .view = {.width = 1280, .height = 720, .shading = morphray::Shading::lit}};
-    /// Without a value the first frame of the scene is shown first.
-    std::optional<double> frame = {};
+    /// Of render: also writes EXR files, and the hits to this file.
+    std::optional<ExrColours> exr = {};
+    std::string hits = {};
+    /// Of view: with a file for the first image that is complete no window stays open.
     bool plays = false;
-    /// The file of the first image that is complete; with it no window stays open.
     std::string screenshot = {};
-};
-
-struct CrosscheckOptions {
-    std::vector<std::string> scenes = {};
-    /// Its scene is the one that is being checked.
-    SourceOptions source = {};
-    std::string frames = {};
-    morphray::View view = {.width = 256, .height = 256};
-    /// Without a value all three kinds of rays are compared.
-    std::optional<morphray::Rays> rays = {};
-    BackendOptions backend = {};
-    Reference reference = Reference::kAuto;
+    /// Of crosscheck: compares the digests of devices instead of scenes.
+    bool digest = false;
+    /// Whether the reference is brute force; without a value where that takes seconds.
+    std::optional<bool> brute_reference = {};
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
-    /// Compares the digests of devices instead of scenes.
-    bool digest = false;
-    std::string json = {};
     std::string junit = {};
     std::string html = {};
     /// The command line without the program's name.
     std::vector<std::string> arguments = {};
-};
-
-struct DiffOptions {
-    /// The file that is expected, and the other one.
-    std::vector<std::string> files = {};
-};
-
-struct ProbeOptions {
-    SourceOptions source = {};
-    double frame = 0;
-    Pixel pixel = {};
-    morphray::View view = {};
-    BackendOptions backend = {};
-    TreeOptions tree = {};
-};
-
-struct ProfileOptions {
-    SourceOptions source = {};
-    std::string frames = {};
-    morphray::View view = {};
-    BackendOptions backend = {};
-    TreeOptions tree = {};
-    /// The number of runs whose median is reported: without a value 10, or 5 for policies.
+    /// Of profile: the runs whose median is reported; without a value 10, or 5 for policies.
     std::optional<int> repeat = {};
     /// Without policies to compare the times of the stages are reported.
     std::vector<PolicySpec> policies = {};
     std::string plot = {};
-    std::string json = {};
     std::string csv = {};
-};
-
-struct TraceOptions {
-    SourceOptions source = {};
-    std::optional<double> frame = {};
-    BackendOptions backend = {.choice = BackendChoice::kCpu};
+    /// Of trace.
     std::string ray_file = {};
     bool binary_rays = false;
     bool all_hits = false;
     morphray::AllHitsOptions hit_lists = {};
-    std::string out = {};
-};
-
-struct QueryOptions {
-    SourceOptions source = {};
-    std::optional<double> frame = {};
-    BackendOptions backend = {.choice = BackendChoice::kCpu};
+    /// Of query. Each question is there at most once, in the order of the answers.
     std::string point_file = {};
-    /// Each at most once, in the order of the answers.
     std::vector<PointQuery> queries = {};
     morphray::FillRule rule = morphray::FillRule::nonzero;
     float max_distance = std::numeric_limits<float>::infinity();
-    std::string out = "-";
-};
-
-struct ChartOptions {
-    std::vector<std::string> scenes = {};
-    std::string out = {};
+    /// Of chart, info and devices.
     bool quick = false;
-    bool lenient = false;
-};
-
-struct InfoOptions {
-    /// Without a scene the program is described.
-    SourceOptions source = {};
-    std::optional<double> frame = {};
     bool tree_facts = false;
-    std::string json = {};
-};
-
-struct DevicesOptions {
     bool checks = false;
-    std::string json = {};
 };
 
-using CommandOptions = std::variant<RenderOptions, ViewOptions, CrosscheckOptions, DiffOptions,
-                                    ProbeOptions, ProfileOptions, TraceOptions, QueryOptions,
-                                    ChartOptions, InfoOptions, DevicesOptions>;
-
-/// The arguments that make another command read the scene in the same way, without its name.
-std::vector<std::string> arguments_of(const SourceOptions& source);
-/// The arguments that make another command trace this view, as far as the image has them.
-std::vector<std::string> arguments_of(const morphray::View& view, morphray::Rays rays, bool is_lit);
+/// The arguments that make another command trace the scene and this view, as far as the image has
+/// them: its size, and what is given.
+std::vector<std::string> arguments_of(const Options& options, morphray::Rays rays, bool is_lit);
 
 template <class T>
 struct Choice {
@@ -189,9 +123,7 @@ struct Choice {
 
 template <class T, std::size_t N>
 std::string names_of(const Choice<T> (&choices)[N]) {
-    std::string names = choices[0].name;
-    for (std::size_t i = 1; i < N; ++i) names.append("|").append(choices[i].name);
-    return names;
+    return fmt::format("{}", fmt::join(choices | std::views::transform(&Choice<T>::name), "|"));
 }
 
 template <class T, std::size_t N>
@@ -242,7 +174,7 @@ inline constexpr const char* kPointQueriesHelp =
     "what is answered, in this order: inside: 0 or 1; winding: how often meshes wind around the "
     "point; distance: to the surface, negative inside; closest: `x y z distance prim u v feature` "
     "(prim: the triangle's number)";
-inline constexpr Choice<Reference> kReferences[] = {
-    {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};
+inline constexpr Choice<std::optional<bool>> kReferences[] = {
+    {"auto", std::nullopt}, {"brute", true}, {"cpu", false}};
 
 }  // namespace mray::app

@@ -1,19 +1,13 @@
 #include "app/base/ray_reader.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <charconv>
-#include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <initializer_list>
-#include <optional>
-#include <span>
-#include <string_view>
-#include <system_error>
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
@@ -26,49 +20,41 @@ constexpr std::string_view kBlank = " \t\r";
 constexpr std::size_t kMostNumbers = 8;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The lines of a text that have numbers.
-class NumberLines {
+/// The lines of a text that have words.
+class Lines {
 public:
     /// `form` is what a line should be. The views must outlive the object.
-    NumberLines(std::string name, std::string_view text, std::string_view form)
+    Lines(std::string name, std::string_view text, std::string_view form)
         : name_(std::move(name)), rest_(text), form_(form) {}
 
-    /// Reads a line into `numbers`, and a last number into `prim_id`. Returns how many; 0 at the
-    /// end.
-    std::size_t next(std::span<double> numbers, std::uint32_t* prim_id = nullptr) {
-        while (!rest_.empty()) {
+    /// Goes to the next line, if there is one.
+    bool next() {
+        words_.clear();
+        while (words_.empty() && !rest_.empty()) {
             ++line_;
             const std::size_t end = std::min(rest_.find('\n'), rest_.size());
             std::string_view line = rest_.substr(0, end);
             rest_.remove_prefix(std::min(end + 1, rest_.size()));
             line = line.substr(0, line.find('#'));
-            std::size_t count = 0;
-            for (;;) {
-                line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-                if (line.empty()) break;
-                const std::string_view word = line.substr(0, line.find_first_of(kBlank));
-                line.remove_prefix(word.size());
-                if (count == numbers.size() && prim_id != nullptr) {
-                    const char* const end_of_word = word.data() + word.size();
-                    const auto [end_of_id, error] =
-                        std::from_chars(word.data(), end_of_word, *prim_id);
-                    if (error != std::errc() || end_of_id != end_of_word)
-                        fail(quote(word) + " is not a prim_id");
-                    prim_id = nullptr;
-                    ++count;
-                    continue;
-                }
-                // The first three are coordinates.
-                const std::optional<double> number =
-                    count < 3 ? parse_coordinate(word) : std::optional<double>(parse_float(word));
-                if (!number) fail(quote(word) + " is not a number");
-                if (count >= numbers.size()) fail(fmt::format("more than {} numbers", count));
-                numbers[count++] = *number;
+            for (std::size_t at; (at = line.find_first_not_of(kBlank)) != line.npos;) {
+                line.remove_prefix(at);
+                words_.push_back(line.substr(0, line.find_first_of(kBlank)));
+                line.remove_prefix(words_.back().size());
             }
-            if (count > 0) return count;
         }
-        return 0;
+        return !words_.empty();
     }
+
+    std::size_t count() const { return words_.size(); }
+    std::string_view word(std::size_t i) const { return words_[i]; }
+    double number(std::size_t i) const {
+        // The first three are coordinates.
+        const std::optional<double> number =
+            i < 3 ? parse_coordinate(words_[i]) : std::optional<double>(parse_float(words_[i]));
+        if (!number) fail(quote(words_[i]) + " is not a number");
+        return *number;
+    }
+
     [[noreturn]] void fail(const std::string& what) const {
         throw Error(ErrorKind::kBadInput, "{}:{}: {}; write `{}`", name_, line_, what, form_);
     }
@@ -78,6 +64,7 @@ private:
     std::string_view rest_;
     std::string_view form_;
     std::uint64_t line_ = 0;
+    std::vector<std::string_view> words_;
 };
 
 /// The content of a file, or of stdin; `content` is "rays" or "points".
@@ -85,20 +72,16 @@ std::string read_input(const std::string& file, const char* content) {
     if (file != "-") return read_input_file(file);
     std::string text;
     std::array<char, 1 << 16> buffer;
-    for (;;) {
-        const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) {
-            throw Error(ErrorKind::kBadInput, "<stdin>: cannot be read ({}); give a file of {}",
-                        std::generic_category().message(errno), content);
-        }
-        if (got == 0) return text;
-        text.append(buffer.data(), static_cast<std::size_t>(got));
-        if (text.size() > kMaxInputBytes) {
+    while (const std::size_t got = std::fread(buffer.data(), 1, buffer.size(), stdin)) {
+        text.append(buffer.data(), got);
+        if (text.size() > kMaxInputBytes)
             throw Error(ErrorKind::kLimit, "<stdin>: more than 4 GiB of {}; give them in parts",
                         content);
-        }
     }
+    if (std::ferror(stdin) != 0)
+        throw Error(ErrorKind::kBadInput, "<stdin>: cannot be read ({}); give a file of {}",
+                    std::generic_category().message(errno), content);
+    return text;
 }
 
 /// Rays of rows of 8 numbers, as in struct Ray: org, tnear, dir, tfar; or of 6: org, dir. All but
@@ -144,7 +127,6 @@ std::vector<WorldRay> rays_of_bytes(const std::string& name, std::string_view by
 }
 
 constexpr std::string_view kNpyMagic = "\x93NUMPY";
-constexpr std::string_view kZipMagic = "PK\x03\x04";
 
 /// The numbers of an array that numpy.save() has written (NumPy Enhancement Proposal 1), row by
 /// row.
@@ -197,39 +179,29 @@ NpyRows read_npy(const std::string& name, std::string_view bytes,
     for (const std::uint64_t side : sides)
         count = side != 0 && count > bytes.size() / side ? bytes.size() + 1 : count * side;
     if (count * size != bytes.size()) fail(text + ", and other bytes");
-    // The distances of neighbours on each axis.
-    std::vector<std::uint64_t> steps(sides.size(), 1);
-    for (std::size_t i = 1; i < sides.size(); ++i) {
-        const std::size_t axis = is_fortran ? i : sides.size() - 1 - i;
-        const std::size_t before = is_fortran ? axis - 1 : axis + 1;
-        steps[axis] = steps[before] * sides[before];
-    }
     NpyRows rows{{}, sides.back()};
     for (std::uint64_t i = 0; i < count; ++i) {
-        std::uint64_t at = 0;
-        std::uint64_t rest = i;
-        for (std::size_t axis = sides.size(); axis-- > 0; rest /= sides[axis])
-            at += rest % sides[axis] * steps[axis];
+        std::uint64_t at = i;
+        if (is_fortran) {
+            // The first axis is the one whose neighbours are next to each other.
+            at = 0;
+            std::uint64_t step = count;
+            std::uint64_t rest = i;
+            for (std::size_t axis = sides.size(); axis-- > 0; rest /= sides[axis]) {
+                step /= sides[axis];
+                at += rest % sides[axis] * step;
+            }
+        }
         const char* const from = bytes.data() + at * size;
         rows.numbers.push_back(is_double ? number_at<double>(from) : number_at<float>(from));
     }
     return rows;
 }
 
-/// Text, or a .npy file.
-std::string read_text(const std::string& file, const char* content) {
-    std::string text = read_input(file, content);
-    if (text.starts_with(kZipMagic))
-        throw Error(ErrorKind::kBadInput,
-                    "{}: a ZIP archive, such as a .npz file; save one array of {} as .npy",
-                    input_name(file), content);
-    return text;
-}
-
 }  // namespace
 
 RayFile read_rays(const std::string& file, bool is_binary) {
-    const std::string text = is_binary ? read_input(file, "rays") : read_text(file, "rays");
+    const std::string text = read_input(file, "rays");
     if (text.starts_with(kNpyMagic)) {
         NpyRows rows = read_npy(input_name(file), text, {6, kMostNumbers},
                                 "an array of morphray.ray_dtype, or one of float32 or float64 of "
@@ -237,25 +209,29 @@ RayFile read_rays(const std::string& file, bool is_binary) {
         return {rays_of_rows(rows.numbers, rows.length)};
     }
     if (is_binary) return {rays_of_bytes(input_name(file), text)};
-    NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
+    Lines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
     RayFile read;
-    for (;;) {
+    while (lines.next()) {
+        const std::size_t count = lines.count();
+        if (count != 6 && count != kMostNumbers && count != kMostNumbers + 1)
+            lines.fail(fmt::format("{} numbers", count));
         std::array<double, kMostNumbers> n = {0, 0, 0, 0, 0, 0, 0, kInfinity};
-        morphray::Primitive excluded;
-        const std::size_t count = lines.next(n, &excluded.prim_id);
-        if (count == 0) return read;
-        if (count != 6 && count < kMostNumbers) lines.fail(fmt::format("{} numbers", count));
+        for (std::size_t i = 0; i < std::min(count, n.size()); ++i) n[i] = lines.number(i);
         read.rays.push_back({{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]});
-        if (count > kMostNumbers) {
-            if (excluded.prim_id != morphray::kNoPrim) excluded.geom_id = 0;
-            read.excluded.resize(read.rays.size() - 1);
-        }
-        if (count > kMostNumbers || !read.excluded.empty()) read.excluded.push_back(excluded);
+        if (count <= kMostNumbers && read.excluded.empty()) continue;
+        read.excluded.resize(read.rays.size());
+        if (count <= kMostNumbers) continue;
+        const std::string_view word = lines.word(kMostNumbers);
+        const std::optional<std::uint64_t> id = parse_unsigned(word);
+        if (!id || *id > morphray::kNoPrim) lines.fail(quote(word) + " is not a prim_id");
+        if (*id != morphray::kNoPrim)
+            read.excluded.back() = {.prim_id = static_cast<std::uint32_t>(*id), .geom_id = 0};
     }
+    return read;
 }
 
 std::vector<glm::dvec3> read_points(const std::string& file) {
-    const std::string text = read_text(file, "points");
+    const std::string text = read_input(file, "points");
     std::vector<glm::dvec3> points;
     if (text.starts_with(kNpyMagic)) {
         const std::vector<double> numbers =
@@ -266,14 +242,13 @@ std::vector<glm::dvec3> read_points(const std::string& file) {
             points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
         return points;
     }
-    NumberLines lines(input_name(file), text, "x y z");
-    for (;;) {
-        std::array<double, 3> numbers;
-        const std::size_t count = lines.next(numbers);
-        if (count == 0) return points;
+    Lines lines(input_name(file), text, "x y z");
+    while (lines.next()) {
+        const std::size_t count = lines.count();
         if (count != 3) lines.fail(fmt::format("{} number{}", count, count == 1 ? "" : "s"));
-        points.emplace_back(numbers[0], numbers[1], numbers[2]);
+        points.emplace_back(lines.number(0), lines.number(1), lines.number(2));
     }
+    return points;
 }
 
 std::string input_name(const std::string& file) { return file == "-" ? "<stdin>" : file; }

@@ -2,8 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <cmath>
-
 #include "app/base/messages.h"
 #include "common/version.h"
 
@@ -152,83 +150,138 @@ morphray::Point parse_point(const std::string& text) {
     return {parse_number(parts[0]), parse_number(parts[1]), parse_number(parts[2])};
 }
 
-// ---- Groups of options that several commands have in common.
+/// "refit|rebuild|...": the forms of all policies.
+std::string update_forms() { return fmt::format("{}", fmt::join(policy_forms(), "|")); }
 
-void add_lenient(CLI::App& command, bool& target) {
-    command.add_flag("--lenient", target,
-                     "accept vertices that are not finite, and leave out faces that are invalid");
+// ---- The options by their heading in --help-all, each of the commands that have it.
+
+bool is_one_of(const Options& options, std::string_view commands) {
+    return std::ranges::count(split(commands, ' '), options.command) > 0;
 }
 
-void add_source_options(CLI::App& command, SourceOptions& source) {
+constexpr const char* kWithImage = "render view crosscheck probe profile";
+constexpr const char* kWithBackend = "render view crosscheck probe profile trace query";
+constexpr const char* kWithSource = "render view crosscheck probe profile trace query info";
+
+void add_scene_options(CLI::App& command, Options& options) {
+    const auto is = [&](const char* commands) { return is_one_of(options, commands); };
+    SourceOptions& source = options.source;
+    CLI::Option* scene = nullptr;
+    if (is("diff"))
+        command.add_option("FILES", options.inputs, "the expected hits, and the other")
+            ->required()
+            ->expected(2);
+    if (is("crosscheck"))
+        command.add_option("SCENES", options.inputs, "what to trace, one after the other");
+    if (is("chart"))
+        command.add_option("SCENES", options.inputs, "what to trace, at the middle frame")
+            ->required();
+    if (is(kWithSource) && !is("crosscheck"))
+        scene = add_text(command, "SCENE", "",
+                         "builtin:NAME[:TRIANGLES], a mesh file (.obj, .ply), a folder of such "
+                         "files, a pattern such as frame_%04d.obj, or a .gltf or .glb file",
+                         source.scene)
+                    ->required(!is("info"))
+                    ->type_name("");
     heading(command, "Scene");
-    command.add_flag("--skip-missing", source.skip_missing,
-                     "interpolate missing frames of a sequence, which are an error otherwise");
-    add_text(command, "--cache", "FILE",
-             "point cache (PC2) with the positions of a mesh file's vertices", source.cache);
-    add_text(command, "--animation", "NAME|INDEX", "animation of a glTF file (the first)",
-             source.animation);
-    constexpr double kLeastFps = 1e-3;
-    add_parsed(command, "--fps", "N", "frames a second of a glTF file (24)", source.fps,
-               [](const std::string& text) { return parse_finite(text, kLeastFps); });
-    add_lenient(command, source.lenient);
+    if (is(kWithSource)) {
+        command.add_flag("--skip-missing", source.skip_missing,
+                         "interpolate missing frames of a sequence, which are an error otherwise");
+        add_text(command, "--cache", "FILE",
+                 "point cache (PC2) with the positions of a mesh file's vertices", source.cache);
+        add_text(command, "--animation", "NAME|INDEX", "animation of a glTF file (the first)",
+                 source.animation);
+        constexpr double kLeastFps = 1e-3;
+        add_parsed(command, "--fps", "N", "frames a second of a glTF file (24)", source.fps,
+                   [](const std::string& text) { return parse_finite(text, kLeastFps); });
+    }
+    if (is(kWithSource) || is("chart"))
+        command.add_flag(
+            "--lenient", source.lenient,
+            "accept vertices that are not finite, and leave out faces that are invalid");
+    if (is("render crosscheck profile"))
+        add_text(command, "--frames,--frame", "F|A..B[:STEP],...|all",
+                 fmt::format("frames, in increasing order; fractions lie between whole frames ({})",
+                             is("render") ? "all whole frames"
+                                          : "the first, those at a quarter and a half, the last"),
+                 options.frames);
+    if (is("view probe trace query info"))
+        add_parsed(
+            command, "--frame,--frames", "F",
+            is("probe") ? "the frame" : "the frame; fractions lie between whole frames (the first)",
+            options.frame, parse_frame)
+            ->required(is("probe"));
+    if (is("info")) command.get_option("--frame")->needs(scene);
+    if (is("probe"))
+        add_pair(command, "--pixel", "X,Y", "the pixel, from the upper left corner", ',', 0,
+                 options.pixel.x, options.pixel.y)
+            ->required();
 }
 
-CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
-    CLI::Option* const scene =
-        add_text(command, "SCENE", "",
-                 "builtin:NAME[:TRIANGLES], a mesh file (.obj, .ply), a folder of such files, a "
-                 "pattern such as frame_%04d.obj, or a .gltf or .glb file",
-                 source.scene);
-    scene->type_name("");
-    add_source_options(command, source);
-    return scene;
-}
-
-/// `otherwise` says which frames are the default.
-void add_frames(CLI::App& command, std::string& target, const char* otherwise) {
-    add_text(command, "--frames,--frame", "F|A..B[:STEP],...|all",
-             fmt::format("frames, in increasing order; fractions lie between whole frames ({})",
-                         otherwise),
-             target);
-}
-
-CLI::Option* add_frame(CLI::App& command, std::optional<double>& target) {
-    return add_parsed(command, "--frame,--frames", "F",
-                      "the frame; fractions lie between whole frames (the first)", target,
-                      parse_frame);
-}
-
-/// Size, camera, light and ambient occlusion, with the defaults to show.
-void add_view_options(CLI::App& command, morphray::View& view, const char* size,
-                      std::uint32_t least_ao, const char* ao) {
+/// With the defaults of this command.
+void add_image_options(CLI::App& command, Options& options) {
+    const bool can_be_lit = is_one_of(options, "render view");
+    morphray::View& view = options.view;
     heading(command, "Image");
-    add_pair(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", size), 'x',
-             1, view.width, view.height);
+    add_pair(command, "--size", "WxH",
+             fmt::format("size of the image in pixels ({}x{})", view.width, view.height), 'x', 1,
+             view.width, view.height);
     add_parsed(command, "--eye", "X,Y,Z", "position of the camera", view.eye, parse_point);
     add_parsed(command, "--target", "X,Y,Z", "point that the camera looks at", view.target,
                parse_point);
     add_parsed(command, "--up", "X,Y,Z", "upwards in the image (0,1,0)", view.up, parse_point);
     add_parsed(command, "--fov", "DEGREES", "vertical field of view (45)", view.fov, parse_number);
     add_parsed(command, "--light", "X,Y,Z", "point light", view.light, parse_point);
+    const int least_ao = can_be_lit ? 0 : 1;
     add_count(command, "--ao-samples",
-              fmt::format("ambient-occlusion rays a camera ray, {} to 256 ({})", least_ao, ao),
+              fmt::format("ambient-occlusion rays a camera ray, {} to 256 ({})", least_ao,
+                          can_be_lit ? "8 with lit, else 16" : "16"),
               view.ao_count, least_ao, 256);
     add_parsed(command, "--ao-distance", "LENGTH",
                "length of ambient-occlusion rays (a quarter of the scene's diagonal)",
                view.ao_distance, [](const std::string& text) { return parse_finite(text, 0); });
+    if (options.command == "crosscheck") {
+        add_parsed(command, "--rays", names_of(kRays), "what each pixel traces (all three)",
+                   options.rays,
+                   [](const std::string& text) { return std::vector{value_in(kRays, text)}; });
+        return;
+    }
+    CLI::Option* const rays =
+        add_choice(command, "--rays",
+                   fmt::format("what each pixel traces ({})",
+                               can_be_lit ? "those of --shading lit" : "primary"),
+                   kRays, view.rays);
+    if (!can_be_lit) return;
+    add_choice(command, "--shading",
+               "what colours show (lit): light and sky, one colour, normals, "
+               "depths, triangles (prim)",
+               kShadings, view.shading)
+        ->excludes(rays);
+    add_choice(command, "--samples",
+               options.command == "render"
+                   ? "camera rays a pixel (4 with lit and without --hits, else 1)"
+                   : "camera rays a pixel of a still image (16; 4 with lit and --screenshot)",
+               kSampleCounts, view.samples);
+    command.add_flag("--flat", view.flat, "without smooth normals");
+    add_choice(command, "--ground",
+               "a plane below the scene that shows shadows (on with lit for files, without "
+               "--hits and --exr)",
+               kOnOff, options.ground);
 }
 
-CLI::Option* add_rays(CLI::App& command, morphray::View& view, const char* otherwise) {
-    return add_choice(command, "--rays", fmt::format("what each pixel traces ({})", otherwise),
-                      kRays, view.rays);
-}
-
-template <std::size_t N>
-void add_backend_options(CLI::App& command, BackendOptions& backend,
-                         const Choice<BackendChoice> (&choices)[N], const char* otherwise) {
+void add_backend_options(CLI::App& command, Options& options) {
+    const auto is = [&](const char* commands) { return is_one_of(options, commands); };
+    BackendOptions& backend = options.backend;
     heading(command, "Backend");
-    add_choice(command, "--backend", fmt::format("what traces ({})", otherwise), choices,
-               backend.choice);
+    if (is("crosscheck"))
+        add_choice(command, "--backend", "what traces (all)", kCheckedBackends, backend.choice);
+    else
+        add_choice(command, "--backend",
+                   is("trace query") ? "what traces (cpu)"
+                   : is("profile")
+                       ? "what traces (auto: the CPU, and Vulkan where there is a device)"
+                       : "what traces (auto: Vulkan where there is a GPU, else the CPU)",
+                   kBackends, backend.choice);
     add_text(command, "--device", "DEVICE",
              "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
              backend.device);
@@ -241,185 +294,39 @@ void add_backend_options(CLI::App& command, BackendOptions& backend,
                    return text;
                });
     command.add_flag("--validate", backend.validate, "run under the Vulkan validation layer");
-}
-
-void add_build_at(CLI::App& command, std::optional<double>& target) {
     heading(command, "Tree");
-    add_parsed(command, "--build-at", "FRAME",
-               "frame whose positions the tree is built at (the first frame)", target, parse_frame);
+    if (is("render view probe profile"))
+        add_parsed(command, "--build-at", "FRAME",
+                   "frame whose positions the tree is built at (the first frame)",
+                   options.tree.build_at, parse_frame);
+    if (is("probe"))
+        add_parsed(command, "--update", "refit|rebuild",
+                   "how the tree follows the vertices (refit)", options.tree.update, parse_policy);
+    if (is("render view"))
+        add_parsed(
+            command, "--update", update_forms(),
+            "how the tree follows the vertices (auto): boxes computed again, a new tree for each "
+            "frame or every K, or what pays",
+            options.tree.update, parse_policy);
 }
 
-CLI::Option* add_json(CLI::App& command, std::string& target) {
-    return add_text(command, "--json", "FILE|-", "a report for programs; - is stdout", target);
-}
-
-/// Refuses names of files for an --out that names a folder; `advice` says what to give.
-void refuse_file_name(const std::string& out, const char* advice) {
-    for (const char* ending :
-         {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr", ".svg", ".pdf", ".html",
-          ".mp4", ".gif", ".webp", ".webm", ".mov", ".mkv", ".avi"})
-        if (is_stdout(out) || lower_case(out).ends_with(ending))
-            refuse(fmt::format("--out: {} is no name of a folder; {}", quote(out), advice));
-}
-
-// ---- The options of each command, and what completes them after the parse.
-
-constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
-constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
-
-/// "refit|rebuild|...": the forms of all policies.
-std::string update_forms() { return fmt::format("{}", fmt::join(policy_forms(), "|")); }
-
-/// Adds the options that render and view share.
-void add_image_options(CLI::App& command, ImageOptions& image, const char* size,
-                       const char* samples_help) {
-    add_scene(command, image.source)->required();
-    add_view_options(command, image.view, size, 0, "8 with lit, else 16");
-    CLI::Option* const rays = add_rays(command, image.view, "those of --shading lit");
-    add_choice(command, "--shading",
-               "what colours show (lit): light and sky, one colour, normals, "
-               "depths, triangles (prim)",
-               kShadings, image.view.shading)
-        ->excludes(rays);
-    add_choice(command, "--samples", samples_help, kSampleCounts, image.view.samples);
-    command.add_flag("--flat", image.view.flat, "without smooth normals");
-    add_choice(command, "--ground",
-               "a plane below the scene that shows shadows (on with lit for files, without "
-               "--hits and --exr)",
-               kOnOff, image.ground);
-    add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
-    add_build_at(command, image.tree.build_at);
-    add_parsed(
-        command, "--update", update_forms(),
-        "how the tree follows the vertices (auto): boxes computed again, a new tree for each "
-        "frame or every K, or what pays",
-        image.tree.update, parse_policy);
-    heading(command, "Output");
-}
-
-void complete_image(const CLI::App& command, ImageOptions& image, std::uint32_t lit_samples) {
-    using morphray::Shading;
-    if (command.count("--rays") > 0) image.view.shading = Shading::plain;
-    const bool is_lit = image.view.shading == Shading::lit;
-    constexpr std::uint32_t kLitAoCount = 8;
-    if (is_lit && command.count("--ao-samples") == 0) image.view.ao_count = kLitAoCount;
-    if (!is_lit && image.view.ao_count == 0)
-        refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
-    if (command.count("--samples") == 0) image.view.samples = is_lit ? lit_samples : 1;
-}
-
-/// Most commands have nothing to complete.
-template <class Options>
-void complete(const CLI::App&, Options&) {}
-
-void add_options(CLI::App& command, RenderOptions& options) {
-    add_image_options(command, options.image, "1024x1024",
-                      "camera rays a pixel (4 with lit and without --hits, else 1)");
-    add_frames(command, options.frames, "all whole frames");
-    add_choice(command, "--exr", "also OpenEXR files, with linear colours and depths", kExrColours,
-               options.image.exr);
-    add_text(command, "-o,--out", "DIR|FILE.png", "folder of the images, or one image (out)",
-             options.out);
-    add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits);
-    add_json(command, options.json);
-}
-
-void complete(const CLI::App& command, RenderOptions& options) {
-    ImageOptions& image = options.image;
-    complete_image(command, image, options.hits.empty() ? 4 : 1);
-    const bool has_data = !options.hits.empty() || image.exr;
-    if (!image.ground && has_data) image.ground = false;
-    if (!options.hits.empty() && (*image.ground || image.view.samples != 1))
-        refuse(
-            "--hits: a file of hits has one camera ray a pixel and one mesh; leave --samples and "
-            "--ground out");
-    if (image.exr && image.view.shading != morphray::Shading::lit)
-        refuse("--exr: only --shading lit has linear colours");
-    if (!lower_case(options.out).ends_with(".png"))
-        refuse_file_name(options.out,
-                         "give a .png file, or a folder, of which ffmpeg makes a video as "
-                         "docs/guide/start.md shows");
-}
-
-void add_options(CLI::App& command, ViewOptions& options) {
-    add_image_options(command, options.image, "1280x720",
-                      "camera rays a pixel of a still image (16; 4 with lit and --screenshot)");
-    add_frame(command, options.frame);
-    command.add_flag("--play", options.plays, "begin to play at once");
-    add_text(command, "--screenshot", "FILE.png", "write the first image that is complete, and end",
-             options.screenshot);
-}
-
-void complete(const CLI::App& command, ViewOptions& options) {
-    complete_image(command, options.image, 4);
-    if (options.screenshot.empty()) {
-        // A still image goes on to be refined; a screenshot is what render writes.
-        if (command.count("--samples") == 0) options.image.view.samples = 16;
-        return;
-    }
-    options.plays = false;
-    if (!lower_case(options.screenshot).ends_with(".png")) refuse("--screenshot: give a .png file");
-}
-
-void add_options(CLI::App& command, CrosscheckOptions& options) {
-    command.add_option("SCENES", options.scenes, "what to trace, one after the other");
+void add_crosscheck_options(CLI::App& command, Options& options) {
     command.add_flag(
         "--digest", options.digest,
         "instead of scenes, compare one number for each device with that of all others");
-    add_source_options(command, options.source);
-    add_frames(command, options.frames, kFewFrames);
-    add_view_options(command, options.view, "256x256", 1, "16");
-    add_choice(command, "--rays", "what each pixel traces (all three)", kRays, options.rays);
-    add_backend_options(command, options.backend, kCheckedBackends, "all");
-    heading(command, "Output");
     add_choice(command, "--reference",
                "what the others are compared with (auto: brute force where that "
                "takes seconds, else the CPU)",
-               kReferences, options.reference);
+               kReferences, options.brute_reference);
     add_count(command, "--queries",
               "also compare all hits, insides and closest triangles of N rays and points",
               options.query_count, 1, 1'000'000);
     add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
     add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
              options.html);
-    add_json(command, options.json);
 }
 
-void complete(const CLI::App& command, CrosscheckOptions& options) {
-    if (!options.digest && options.scenes.empty()) refuse("SCENES is required, or --digest");
-    constexpr std::string_view kOfDigest[] = {"--digest", "--backend",  "--device", "--threads",
-                                              "--simd",   "--validate", "--quiet"};
-    for (const CLI::Option* const option : command.get_options())
-        if (options.digest && option->count() > 0 &&
-            std::ranges::find(kOfDigest, option->get_name()) == std::end(kOfDigest))
-            refuse("--digest has a scene of its own; leave out " + option->get_name());
-}
-
-void add_options(CLI::App& command, ProbeOptions& options) {
-    add_scene(command, options.source)->required();
-    add_parsed(command, "--frame,--frames", "F", "the frame", options.frame, parse_frame)
-        ->required();
-    add_pair(command, "--pixel", "X,Y", "the pixel, from the upper left corner", ',', 0,
-             options.pixel.x, options.pixel.y)
-        ->required();
-    add_view_options(command, options.view, "1024x1024", 1, "16");
-    add_rays(command, options.view, "primary");
-    add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
-    add_build_at(command, options.tree.build_at);
-    add_parsed(command, "--update", "refit|rebuild", "how the tree follows the vertices (refit)",
-               options.tree.update, parse_policy);
-    heading(command, "Output");
-}
-
-void add_options(CLI::App& command, ProfileOptions& options) {
-    add_scene(command, options.source)->required();
-    add_frames(command, options.frames, kFewFrames);
-    add_view_options(command, options.view, "1024x1024", 1, "16");
-    add_rays(command, options.view, "primary");
-    add_backend_options(command, options.backend, kBackends,
-                        "auto: the CPU, and Vulkan where there is a device");
-    add_build_at(command, options.tree.build_at);
-    heading(command, "Output");
+void add_profile_options(CLI::App& command, Options& options) {
     add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
               options.repeat, 1, 10000);
     CLI::Option* const policies =
@@ -436,32 +343,9 @@ void add_options(CLI::App& command, ProfileOptions& options) {
         ->needs(policies);
     add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
              options.csv);
-    add_json(command, options.json);
 }
 
-void add_options(CLI::App& command, DiffOptions& options) {
-    command.add_option("FILES", options.files, "the expected hits, and the other")
-        ->required()
-        ->expected(2);
-}
-
-template <class Options>
-void add_answers(CLI::App& command, Options& options) {
-    add_scene(command, options.source)->required();
-    add_frame(command, options.frame);
-    add_backend_options(command, options.backend, kBackends, "cpu");
-    heading(command, "Output");
-}
-
-void refuse_idle_device(const BackendOptions& backend) {
-    const bool has_vulkan =
-        backend.choice == BackendChoice::kVulkan || backend.choice == BackendChoice::kAuto;
-    if (!has_vulkan && (!backend.device.empty() || backend.validate))
-        refuse("--device, --validate: nothing runs on a device; choose --backend vulkan");
-}
-
-void add_options(CLI::App& command, TraceOptions& options) {
-    add_answers(command, options);
+void add_trace_options(CLI::App& command, Options& options) {
     add_text(command, "--rays", "FILE|-",
              "a line `ox oy oz dx dy dz [tnear tfar [prim_id]]` for each ray, or an array "
              "(.npy)",
@@ -486,10 +370,7 @@ void add_options(CLI::App& command, TraceOptions& options) {
         ->needs(all);
 }
 
-void complete(const CLI::App&, TraceOptions& options) { refuse_idle_device(options.backend); }
-
-void add_options(CLI::App& command, QueryOptions& options) {
-    add_answers(command, options);
+void add_query_options(CLI::App& command, Options& options) {
     add_text(command, "--points", "FILE|-", "a line `x y z` for each point, or an array (.npy)",
              options.point_file)
         ->required();
@@ -518,115 +399,186 @@ void add_options(CLI::App& command, QueryOptions& options) {
              options.out);
 }
 
-void complete(const CLI::App&, QueryOptions& options) { refuse_idle_device(options.backend); }
-
-void add_options(CLI::App& command, ChartOptions& options) {
-    command.add_option("SCENES", options.scenes, "what to trace, at the middle frame")->required();
-    add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
-             options.out)
-        ->required();
-    command.add_flag("--quick", options.quick, "fewer rays and runs");
-    add_lenient(command, options.lenient);
+void add_output_options(CLI::App& command, Options& options) {
+    const auto is = [&](const char* commands) { return is_one_of(options, commands); };
+    heading(command, "Output");
+    if (is("render")) {
+        add_choice(command, "--exr", "also OpenEXR files, with linear colours and depths",
+                   kExrColours, options.exr);
+        add_text(command, "-o,--out", "DIR|FILE.png", "folder of the images, or one image (out)",
+                 options.out);
+        add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits);
+    }
+    if (is("view")) {
+        command.add_flag("--play", options.plays, "begin to play at once");
+        add_text(command, "--screenshot", "FILE.png",
+                 "write the first image that is complete, and end", options.screenshot);
+    }
+    if (is("crosscheck")) add_crosscheck_options(command, options);
+    if (is("profile")) add_profile_options(command, options);
+    if (is("trace")) add_trace_options(command, options);
+    if (is("query")) add_query_options(command, options);
+    if (is("chart")) {
+        add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
+                 options.out)
+            ->required();
+        command.add_flag("--quick", options.quick, "fewer rays and runs");
+    }
+    if (is("info"))
+        command.add_flag("--bvh", options.tree_facts, "build the tree and describe it")
+            ->needs(command.get_option("SCENE"));
+    if (is("devices"))
+        command.add_flag("--check", options.checks,
+                         "compare rays, shading and refit of each device with the CPU's");
+    if (is("render crosscheck profile info devices"))
+        add_text(command, "--json", "FILE|-", "a report for programs; - is stdout", options.json);
+    if (is("info")) command.get_option("--json")->needs(command.get_option("SCENE"));
+    if (is("render view crosscheck diff profile trace query chart"))
+        command.add_flag("-q,--quiet", options.quiet, "neither table nor progress");
+    if (is("render view probe"))
+        command.add_flag("-v,--verbose", options.verbose, "say what is used and decided");
 }
 
-void complete(const CLI::App&, ChartOptions& options) {
-    refuse_file_name(options.out, "give a folder");
+Options defaults_of(const std::string& command) {
+    Options options{.command = command};
+    if (is_one_of(options, "render view")) {
+        options.view.shading = morphray::Shading::lit;
+        options.tree.update = {PolicyKind::kAuto};
+    }
+    if (command == "view") {
+        options.view.width = 1280;
+        options.view.height = 720;
+    }
+    if (command == "crosscheck") options.view.width = options.view.height = 256;
+    if (is_one_of(options, "trace query")) options.backend.choice = BackendChoice::kCpu;
+    if (command == "render") options.out = "out";
+    if (command == "query") options.out = "-";
+    return options;
 }
 
-void add_options(CLI::App& command, InfoOptions& options) {
-    CLI::Option* const scene = add_scene(command, options.source);
-    add_frame(command, options.frame)->needs(scene);
-    command.add_flag("--bvh", options.tree_facts, "build the tree and describe it")->needs(scene);
-    add_json(command, options.json)->needs(scene);
+// ---- What completes the options after the parse.
+
+/// Refuses names of files for an --out that names a folder; `advice` says what to give.
+void refuse_file_name(const std::string& out, const char* advice) {
+    for (const char* ending :
+         {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr", ".svg", ".pdf", ".html",
+          ".mp4", ".gif", ".webp", ".webm", ".mov", ".mkv", ".avi"})
+        if (is_stdout(out) || lower_case(out).ends_with(ending))
+            refuse(fmt::format("--out: {} is no name of a folder; {}", quote(out), advice));
 }
 
-void add_options(CLI::App& command, DevicesOptions& options) {
-    command.add_flag("--check", options.checks,
-                     "compare rays, shading and refit of each device with the CPU's");
-    add_json(command, options.json);
+/// Of render and view.
+void complete_image(const CLI::App& command, Options& options) {
+    using morphray::Shading;
+    morphray::View& view = options.view;
+    if (command.count("--rays") > 0) view.shading = Shading::plain;
+    const bool is_lit = view.shading == Shading::lit;
+    constexpr std::uint32_t kLitAoCount = 8;
+    if (is_lit && command.count("--ao-samples") == 0) view.ao_count = kLitAoCount;
+    if (!is_lit && view.ao_count == 0)
+        refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
+    if (command.count("--samples") == 0) view.samples = is_lit && options.hits.empty() ? 4 : 1;
+    if (options.command == "view") {
+        // A still image goes on to be refined; a screenshot is what render writes.
+        if (options.screenshot.empty() && command.count("--samples") == 0) view.samples = 16;
+        options.plays = options.plays && options.screenshot.empty();
+        if (!options.screenshot.empty() && !lower_case(options.screenshot).ends_with(".png"))
+            refuse("--screenshot: give a .png file");
+        return;
+    }
+    if (!options.ground && (!options.hits.empty() || options.exr)) options.ground = false;
+    if (!options.hits.empty() && (*options.ground || view.samples != 1))
+        refuse(
+            "--hits: a file of hits has one camera ray a pixel and one mesh; leave --samples and "
+            "--ground out");
+    if (options.exr && !is_lit) refuse("--exr: only --shading lit has linear colours");
+    if (!lower_case(options.out).ends_with(".png"))
+        refuse_file_name(options.out,
+                         "give a .png file, or a folder, of which ffmpeg makes a video as "
+                         "docs/guide/start.md shows");
 }
 
-/// Adds a command. `everyday` names the options of --help; without any, --help has all. `flags` are
-/// "quiet" and "verbose".
-template <class Options>
-void add_command(CLI::App& app, ParsedCommandLine& parsed, const char* name, const char* help,
-                 std::string_view everyday, const char* examples, std::string_view flags) {
-    CLI::App& command = *app.add_subcommand(name, help)->group("Commands");
-    command.footer(std::string("Examples:\n") + examples);
-    if (!everyday.empty()) command.set_help_all_flag("--help-all", "print all options");
-    const auto options = std::make_shared<Options>();
-    add_options(command, *options);
-    if (flags.starts_with("quiet"))
-        command.add_flag("-q,--quiet", parsed.quiet, "neither table nor progress");
-    if (flags.ends_with("verbose"))
-        command.add_flag("-v,--verbose", parsed.verbose, "say what is used and decided");
-    if (everyday.empty())
+void complete(const CLI::App& command, Options& options) {
+    const BackendOptions& backend = options.backend;
+    if (is_one_of(options, "render view")) complete_image(command, options);
+    if (options.command == "chart") refuse_file_name(options.out, "give a folder");
+    if (is_one_of(options, "trace query") && (!backend.device.empty() || backend.validate) &&
+        (backend.choice == BackendChoice::kCpu || backend.choice == BackendChoice::kBrute))
+        refuse("--device, --validate: nothing runs on a device; choose --backend vulkan");
+    if (options.command != "crosscheck") return;
+    if (!options.digest && options.inputs.empty()) refuse("SCENES is required, or --digest");
+    constexpr std::string_view kOfDigest[] = {"--digest", "--backend",  "--device", "--threads",
+                                              "--simd",   "--validate", "--quiet"};
+    for (const CLI::Option* const option : command.get_options())
+        if (options.digest && option->count() > 0 &&
+            std::ranges::find(kOfDigest, option->get_name()) == std::end(kOfDigest))
+            refuse("--digest has a scene of its own; leave out " + option->get_name());
+}
+
+/// `everyday` names the options of --help; without any, --help has all.
+struct CommandText {
+    const char* name;
+    const char* help;
+    std::string_view everyday;
+    const char* examples;
+};
+
+constexpr CommandText kCommandTexts[] = {
+    {"render", "Writes an image of each frame",
+     "--frames --out --size --eye --target --light --shading --samples --ground --backend",
+     "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
+     "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
+    {"view", "A window that shows the scene move, and how it is traced",
+     "--frame --play --size --eye --target --light --shading --ground --backend --screenshot",
+     "  morphray view builtin:cloth --play\n"
+     "  morphray view builtin:cloth --frame 8 --screenshot cloth.png"},
+    {"crosscheck", "Compares every backend and tree with a reference, bit by bit",
+     "--digest --frames --size --eye --target --backend --queries --html --junit --json",
+     "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
+     "  morphray crosscheck builtin:spikes --backend cpu --queries 100"},
+    {"diff", "Compares two files of hits bit by bit", "",
+     "  morphray render builtin:cloth --frame 8 --hits a.hits\n"
+     "  morphray render builtin:cloth --frame 8 --backend cpu --simd off --hits b.hits\n"
+     "  morphray diff a.hits b.hits"},
+    {"probe", "Describes one pixel: its ray, its hit, the triangles that it could hit",
+     "--frame --pixel --size --eye --target --rays --backend --update --build-at",
+     "  morphray probe builtin:cloth --frame 8 --pixel 512,600"},
+    {"profile", "Measures deforming, refitting, building and tracing",
+     "--frames --size --rays --backend --repeat --policies --plot --csv --json",
+     "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
+     "  morphray profile builtin:twist --policies refit,auto --csv policies.csv"},
+    {"trace", "Traces the rays of a file, and writes their hits to a file",
+     "--frame --backend --rays --out --binary --all --max-hits --crossing",
+     "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -\n"
+     "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out - --all"},
+    {"query", "Says where the points of a file are: inside, how far, closest to",
+     "--frame --backend --points --ask --rule --max-distance --out",
+     "  echo 0 1 0 | morphray query builtin:spikes --points - --ask inside,distance\n"
+     "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest"},
+    {"chart", "Draws charts of speed against accuracy, as images and data", "",
+     "  morphray chart builtin:cloth --out charts --quick"},
+    {"info", "Describes a scene; without a scene, this program", "",
+     "  morphray info builtin:cloth --bvh"},
+    {"devices", "Lists the Vulkan devices, and tests them", "", "  morphray devices --check"}};
+
+void add_command(CLI::App& app, ParsedCommandLine& parsed, const CommandText& text) {
+    CLI::App& command = *app.add_subcommand(text.name, text.help)->group("Commands");
+    command.footer(std::string("Examples:\n") + text.examples);
+    if (!text.everyday.empty()) command.set_help_all_flag("--help-all", "print all options");
+    const auto options = std::make_shared<Options>(defaults_of(text.name));
+    add_scene_options(command, *options);
+    if (is_one_of(*options, kWithImage)) add_image_options(command, *options);
+    if (is_one_of(*options, kWithBackend)) add_backend_options(command, *options);
+    add_output_options(command, *options);
+    if (text.everyday.empty())
         for (CLI::Option* const option : command.get_options()) option->group(kEveryday);
     else
-        for (const std::string_view one : split(everyday, ' '))
+        for (const std::string_view one : split(text.everyday, ' '))
             command.get_option(std::string(one))->group(kEveryday);
     command.callback([&command, &parsed, options] {
         complete(command, *options);
         parsed.options = *options;
     });
-}
-
-void add_commands(CLI::App& app, ParsedCommandLine& parsed) {
-    add_command<RenderOptions>(
-        app, parsed, "render", "Writes an image of each frame",
-        "--frames --out --size --eye --target --light --shading --samples --ground --backend",
-        "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
-        "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png",
-        "quiet verbose");
-    add_command<ViewOptions>(
-        app, parsed, "view", "A window that shows the scene move, and how it is traced",
-        "--frame --play --size --eye --target --light --shading --ground --backend --screenshot",
-        "  morphray view builtin:cloth --play\n"
-        "  morphray view builtin:cloth --frame 8 --screenshot cloth.png",
-        "quiet verbose");
-    add_command<CrosscheckOptions>(
-        app, parsed, "crosscheck", "Compares every backend and tree with a reference, bit by bit",
-        "--digest --frames --size --eye --target --backend --queries --html --junit --json",
-        "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
-        "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
-        "quiet");
-    add_command<DiffOptions>(
-        app, parsed, "diff", "Compares two files of hits bit by bit", "",
-        "  morphray render builtin:cloth --frame 8 --hits a.hits\n"
-        "  morphray render builtin:cloth --frame 8 --backend cpu --simd off --hits b.hits\n"
-        "  morphray diff a.hits b.hits",
-        "quiet");
-    add_command<ProbeOptions>(
-        app, parsed, "probe",
-        "Describes one pixel: its ray, its hit, the triangles that it could hit",
-        "--frame --pixel --size --eye --target --rays --backend --update --build-at",
-        "  morphray probe builtin:cloth --frame 8 --pixel 512,600", "verbose");
-    add_command<ProfileOptions>(
-        app, parsed, "profile", "Measures deforming, refitting, building and tracing",
-        "--frames --size --rays --backend --repeat --policies --plot --csv --json",
-        "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
-        "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
-        "quiet");
-    add_command<TraceOptions>(
-        app, parsed, "trace", "Traces the rays of a file, and writes their hits to a file",
-        "--frame --backend --rays --out --binary --all --max-hits --crossing",
-        "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -\n"
-        "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out - --all",
-        "quiet");
-    add_command<QueryOptions>(
-        app, parsed, "query", "Says where the points of a file are: inside, how far, closest to",
-        "--frame --backend --points --ask --rule --max-distance --out",
-        "  echo 0 1 0 | morphray query builtin:spikes --points - --ask inside,distance\n"
-        "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest",
-        "quiet");
-    add_command<ChartOptions>(app, parsed, "chart",
-                              "Draws charts of speed against accuracy, as images and data", "",
-                              "  morphray chart builtin:cloth --out charts --quick", "quiet");
-    add_command<InfoOptions>(app, parsed, "info",
-                             "Describes a scene; without a scene, this program", "",
-                             "  morphray info builtin:cloth --bvh", "");
-    add_command<DevicesOptions>(app, parsed, "devices", "Lists the Vulkan devices, and tests them",
-                                "", "  morphray devices --check", "");
 }
 
 }  // namespace
@@ -646,7 +598,7 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
     app.footer(wrapped(kFooter));
     app.set_version_flag("-v,--version", fmt::format("morphray {}", kVersionDetail),
                          "print the version");
-    add_commands(app, parsed);
+    for (const CommandText& text : kCommandTexts) add_command(app, parsed, text);
     std::reverse(line.begin(), line.end());
     try {
         app.parse(line);
@@ -669,9 +621,7 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
                            extras.empty() ? error.what() : "unknown argument " + quote(extras[0]),
                            command));
     }
-    if (CrosscheckOptions* const options =
-            parsed.options ? std::get_if<CrosscheckOptions>(&*parsed.options) : nullptr)
-        options->arguments.assign(arguments.begin(), arguments.end());
+    if (parsed.options) parsed.options->arguments.assign(arguments.begin(), arguments.end());
     return parsed;
 }
 

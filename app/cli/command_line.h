@@ -7,10 +7,8 @@ namespace mray::app {
 
 struct ParsedCommandLine {
     /// Nothing if help or the version was asked for.
-    std::optional<CommandOptions> options;
+    std::optional<Options> options;
     std::string text;
-    bool quiet = false;
-    bool verbose = false;
 };
 
 /// Throws Error(kBadArgument) with one line, or Error(kLimit) for too large a number.

@@ -7,18 +7,18 @@
 
 namespace mray::app {
 
-// Returns kOk, kCheckFailed, or kPartial after a message. Throws Error.
-ExitCode run_command(const RenderOptions& options, const Messages& messages);
-ExitCode run_command(const ViewOptions& options, const Messages& messages);
-ExitCode run_command(const CrosscheckOptions& options, const Messages& messages);
-ExitCode run_command(const DiffOptions& options, const Messages& messages);
-ExitCode run_command(const ProbeOptions& options, const Messages& messages);
-ExitCode run_command(const ProfileOptions& options, const Messages& messages);
-ExitCode run_command(const TraceOptions& options, const Messages& messages);
-ExitCode run_command(const QueryOptions& options, const Messages& messages);
-ExitCode run_command(const ChartOptions& options, const Messages& messages);
-ExitCode run_command(const InfoOptions& options, const Messages& messages);
-ExitCode run_command(const DevicesOptions& options, const Messages& messages);
+// Each returns kOk, kCheckFailed, or kPartial after a message, and throws Error.
+ExitCode run_render(const Options& options, const Messages& messages);
+ExitCode run_view(const Options& options, const Messages& messages);
+ExitCode run_crosscheck(const Options& options, const Messages& messages);
+ExitCode run_diff(const Options& options, const Messages& messages);
+ExitCode run_probe(const Options& options, const Messages& messages);
+ExitCode run_profile(const Options& options, const Messages& messages);
+ExitCode run_trace(const Options& options, const Messages& messages);
+ExitCode run_query(const Options& options, const Messages& messages);
+ExitCode run_chart(const Options& options, const Messages& messages);
+ExitCode run_info(const Options& options, const Messages& messages);
+ExitCode run_devices(const Options& options, const Messages& messages);
 
 /// A sentence such as "triangle 46629, 9.28 away; all agree". It has the hit in the image, the
 /// distance in world space, and says if the single ray or brute force have other bits.

@@ -2,14 +2,12 @@
 #include "app/commands/crosscheck.h"
 
 #include <cstring>
-#include <iterator>
 #include <random>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
 #include "app/commands/commands.h"
-#include "common/bvh/box.h"
 #include "library/src/engine.h"
 
 namespace mray::app {
@@ -63,7 +61,6 @@ public:
     }
 
 private:
-    /// In [0, 1).
     double unit() { return static_cast<double>(random_()) * 0x1p-32; }
 
     std::span<const uvec3> triangles_;
@@ -192,22 +189,20 @@ CheckedDevices open_checked_devices(const BackendOptions& options, const Message
 class CrossChecker {
 public:
     /// Builds at the first of the report's frames. Compares only the CPU without a device.
-    CrossChecker(const CrosscheckOptions& options, const Animation& animation,
-                 const CheckedDevices& devices, Json& report, const Messages& messages)
+    CrossChecker(const Options& options, const Animation& animation, const CheckedDevices& devices,
+                 Json& report, const Messages& messages)
         : options_(options),
           topology_(animation.topology()),
           devices_(devices),
           report_(report),
           view_(world_view(options.view, animation)),
-          rays_({morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}),
           // Two kinds of hit lists, windings and closest triangles.
-          queries_use_brute_(
-              uses_brute(4.0 * options.query_count * triangle_count() <= kAffordableTests)),
+          queries_use_brute_(options.brute_reference.value_or(
+              4.0 * options.query_count * triangle_count() <= kAffordableTests)),
           scene_(devices.cpu, {.view = {}, .tree = {.update = {PolicyKind::kRefit}}}, animation,
                  report["frames"].front(), messages),
           cpu_given_(engine::copy_on(devices.cpu, scene_.scene())),
           brute_(engine::copy_on(devices.brute, scene_.scene())) {
-        if (options.rays) rays_ = {*options.rays};
         if (!devices.vulkan) return;
         vulkan_refits_ = engine::copy_on(*devices.vulkan, scene_.scene());
         vulkan_given_ = engine::copy_on(*devices.vulkan, scene_.scene());
@@ -242,11 +237,6 @@ private:
 
     double triangle_count() const { return static_cast<double>(topology_.triangles.size()); }
 
-    bool uses_brute(bool is_affordable) const {
-        if (options_.reference != Reference::kAuto) return options_.reference == Reference::kBrute;
-        return is_affordable;
-    }
-
     ImageParams params_for(morphray::Rays rays) const {
         morphray::View view = view_;
         view.rays = rays;
@@ -256,15 +246,16 @@ private:
     void trace_reference() {
         brute_->set_tree(rebuilt_);
         cpu_given_->set_tree(rebuilt_);
-        expected_.resize(rays_.size());
-        for (std::size_t i = 0; i < rays_.size(); ++i) {
-            const bool is_brute =
-                uses_brute(brute_is_affordable(triangle_count(), options_.view, rays_[i]));
-            expected_[i].rays = rays_[i];
+        expected_.resize(options_.rays.size());
+        for (std::size_t i = 0; i < options_.rays.size(); ++i) {
+            const bool is_brute = options_.brute_reference.value_or(
+                brute_is_affordable(triangle_count(), options_.view, options_.rays[i]));
+            expected_[i].rays = options_.rays[i];
             expected_[i].reference = is_brute ? "brute" : "cpu";
             progress_->begin(fmt::format("frame {}, reference {}, {}", frame_,
-                                         expected_[i].reference, name_of_rays(rays_[i])));
-            (is_brute ? brute_ : cpu_given_)->trace_image(params_for(rays_[i]), expected_[i].frame);
+                                         expected_[i].reference, name_of_rays(options_.rays[i])));
+            (is_brute ? brute_ : cpu_given_)
+                ->trace_image(params_for(options_.rays[i]), expected_[i].frame);
         }
     }
 
@@ -321,12 +312,11 @@ private:
         }
     }
 
-    const CrosscheckOptions& options_;
+    const Options& options_;
     const Topology& topology_;
     const CheckedDevices& devices_;
     Json& report_;
     morphray::View view_;
-    std::vector<morphray::Rays> rays_;
     bool queries_use_brute_;
     /// Its backend refits the CPU's tree; the others have copies.
     AnimationScene scene_;
@@ -345,20 +335,13 @@ private:
     Answers expected_answers_;
 };
 
-/// Whether the scenes that are left are not checked after such an error.
-bool ends_run(ErrorKind kind) {
-    return kind != ErrorKind::kBadInput && kind != ErrorKind::kBadArgument &&
-           kind != ErrorKind::kLimit;
-}
-
 /// Checks the scenes in turn and writes one set of reports, also about a run that ends early.
 class Crosscheck {
 public:
-    Crosscheck(const CrosscheckOptions& options, const Messages& messages)
+    Crosscheck(const Options& options, const Messages& messages)
         : options_(options), messages_(messages), report_(empty_report(options)) {
         if (options.backend.choice != BackendChoice::kVulkan)
             report_["environment"]["simd"] = simd_to_check(options.backend.simd);
-        warn_of_numbered_scenes(options.scenes, messages);
     }
 
     ExitCode run() {
@@ -387,42 +370,49 @@ public:
 
 private:
     ExitCode check(Json& scene) {
-        CrosscheckOptions one = options_;
-        one.source.scene = scene["spec"];
-        const auto add_warnings = [&] {
-            for (; warned_ < messages_.warnings().size(); ++warned_)
-                scene["warnings"].push_back(messages_.warnings()[warned_]);
-        };
+        const std::string spec = scene["spec"];
+        std::optional<Error> error;
         try {
-            check_scene(one, scene);
-            scene["complete"] = true;
-        } catch (const Error& error) {
-            add_warnings();
-            const bool is_clear = options_.scenes.size() == 1 ||
-                                  error.kind() == ErrorKind::kBadInput || ends_run(error.kind());
-            const std::string name = is_clear ? "" : one.source.scene + ": ";
-            leave(scene, {error.kind(), name + error.what(), error.hint()});
-            if (ends_run(error.kind())) throw;
-            const ExitCode code = exit_code_of(error.kind());
-            messages_.error({scene["error"], code});
-            const bool is_later = code == ExitCode::kBadInput && !scene["rows"].empty();
-            return is_later ? ExitCode::kPartial : code;
+            check_scene(spec, scene);
+        } catch (const Error& thrown) {
+            error = thrown;
         }
-        add_warnings();
-        return ExitCode::kOk;
+        for (; warned_ < messages_.warnings().size(); ++warned_)
+            scene["warnings"].push_back(messages_.warnings()[warned_]);
+        scene["complete"] = !error;
+        if (!error) return ExitCode::kOk;
+        const ErrorKind kind = error->kind();
+        const bool ends_run = kind != ErrorKind::kBadInput && kind != ErrorKind::kBadArgument &&
+                              kind != ErrorKind::kLimit;
+        const bool names_scene =
+            options_.inputs.size() > 1 && kind != ErrorKind::kBadInput && !ends_run;
+        const std::string message = (names_scene ? spec + ": " : "") + message_of(*error);
+        scene["error"] = message;
+        if (unfinished_.empty())
+            unfinished_ =
+                kind == ErrorKind::kBadInput ? escape(spec) + " could not be read" : message;
+        if (ends_run) throw *error;
+        const ExitCode code = exit_code_of(kind);
+        messages_.error({message, code});
+        const bool is_later = code == ExitCode::kBadInput && !scene["rows"].empty();
+        return is_later ? ExitCode::kPartial : code;
     }
 
-    void check_scene(const CrosscheckOptions& options, Json& report) {
+    void check_scene(const std::string& spec, Json& report) {
+        Options options = options_;
+        options.source.scene = spec;
         const std::unique_ptr<Animation> opened = open_animation(options.source, messages_);
         const Animation& animation = *opened;
         report["scene"] = animation.name();
         report["triangles"] = animation.topology().triangles.size();
         report["vertices"] = animation.topology().vertex_count;
-        const std::vector<double> frames =
-            select_frames(options.frames, std::nullopt, animation, DefaultFrames::kFew);
+        const std::vector<double> frames = select_frames(options, animation, DefaultFrames::kFew);
         report["frames"] = frames;
         if (!devices_) {
-            add_chosen_device(options.backend);
+            if (options.backend.choice != BackendChoice::kCpu)
+                for (const morphray::VulkanDeviceInfo& device : vulkan_devices())
+                    if (device.index == engine::device_index(options.backend.device))
+                        report_["environment"]["devices"].push_back(of(device));
             devices_ = open_checked_devices(options.backend, messages_);
         }
         std::optional<Progress> building(std::in_place, "building the tree", 0, messages_);
@@ -442,24 +432,7 @@ private:
             "no camera ray hits anything, so nothing was checked; choose --eye and --target");
     }
 
-    /// The Vulkan device that is checked, unless the options choose the CPU.
-    void add_chosen_device(const BackendOptions& options) {
-        if (options.choice == BackendChoice::kCpu) return;
-        const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
-        const std::uint32_t chosen = engine::device_index(options.device);
-        for (const morphray::VulkanDeviceInfo& device : devices)
-            if (device.index == chosen) report_["environment"]["devices"].push_back(of(device));
-    }
-
-    void leave(Json& scene, const Error& error) {
-        scene["error"] = message_of(error);
-        if (!unfinished_.empty()) return;
-        unfinished_ = error.kind() == ErrorKind::kBadInput
-                          ? escape(scene["spec"].get<std::string>()) + " could not be read"
-                          : message_of(error);
-    }
-
-    const CrosscheckOptions& options_;
+    const Options& options_;
     const Messages& messages_;
     Json report_;
     /// Why the first scene that is not finished is not; empty if all are.
@@ -516,7 +489,7 @@ ExitCode check_digests(const BackendOptions& options, const Messages& messages) 
 
 }  // namespace
 
-ExitCode run_command(const CrosscheckOptions& options, const Messages& messages) {
+ExitCode run_crosscheck(const Options& options, const Messages& messages) {
     if (options.digest) return check_digests(options.backend, messages);
     check_reports({options.json, options.junit, options.html});
     return Crosscheck(options, messages).run();

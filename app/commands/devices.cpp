@@ -1,5 +1,4 @@
 // morphray devices: lists the Vulkan devices, and tests them.
-
 #include "app/animation/devices.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
@@ -50,8 +49,7 @@ std::string text_of(const morphray::VulkanDeviceInfo& device,
 
 }  // namespace
 
-ExitCode run_command(const DevicesOptions& options, const Messages& messages) {
-    if (options.checks && is_check_child()) return exit_code_of(check_device({}));
+ExitCode run_devices(const Options& options, const Messages& messages) {
     check_reports({options.json});
     Json json = {{"command", "devices"}, {"error", ""}, {"devices", Json::array()}};
     std::string text;

@@ -1,11 +1,5 @@
 // morphray diff: compares two files of hits, of other machines, devices or versions.
-#include <fmt/format.h>
-
-#include <algorithm>
-
 #include "app/commands/commands.h"
-#include "common/text/text.h"
-#include "morphray/images.hpp"
 #include "report/compare.h"
 
 namespace mray::app {
@@ -57,8 +51,8 @@ std::string describe_images(const std::vector<FrameDifference>& images) {
 
 }  // namespace
 
-ExitCode run_command(const DiffOptions& options, const Messages& messages) {
-    const std::vector<std::string>& names = options.files;
+ExitCode run_diff(const Options& options, const Messages& messages) {
+    const std::vector<std::string>& names = options.inputs;
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
     };

@@ -1,14 +1,9 @@
 // morphray info: describes a scene, or this program.
-#include <filesystem>
-
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/scene/mesh.h"
-#include "common/scene/scene_space.h"
-#include "common/simd/simd_target.h"
 #include "library/src/engine.h"
 #include "report/table.h"
 #include "scenes/procedural/procedural.h"
@@ -54,11 +49,11 @@ Json describe_tree(const AnimationScene& scene) {
             {"bytes", stats.bytes}};
 }
 
-Json describe_scene(const InfoOptions& options, const Messages& messages) {
+Json describe_scene(const Options& options, const Messages& messages) {
     const std::unique_ptr<Animation> opened = open_animation(options.source, messages);
     const Animation& animation = *opened;
     const Topology& topology = animation.topology();
-    const double frame = select_frame(options.frame, std::nullopt, animation);
+    const double frame = select_frame(options, animation);
     std::vector<vec3> positions(topology.vertex_count);
     animation.positions(frame, positions);
     const std::uint64_t not_finite = count_not_finite(topology, positions);
@@ -177,7 +172,7 @@ std::string scene_text_of(const Json& json) {
 
 }  // namespace
 
-ExitCode run_command(const InfoOptions& options, const Messages& messages) {
+ExitCode run_info(const Options& options, const Messages& messages) {
     check_reports({options.json});
     if (options.source.scene.empty()) {
         messages.print(describe_program());

@@ -1,22 +1,10 @@
 // morphray probe: traces one pixel and describes how its result comes about.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <optional>
 
 #include "app/animation/animation_scene.h"
-#include "app/animation/devices.h"
-#include "app/animation/frames.h"
 #include "app/commands/commands.h"
-#include "common/bvh/box.h"
-#include "common/bvh/bvh.h"
-#include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/surface.h"
-#include "common/scene/mesh.h"
-#include "common/text/text.h"
 #include "library/src/engine.h"
 #include "report/table.h"
 
@@ -179,7 +167,7 @@ std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute,
     return fmt::format("triangle {}, {:.3g} away; all agree", image.prim_id, distance);
 }
 
-ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
+ExitCode run_probe(const Options& options, const Messages& messages) {
     const Pixel pixel = options.pixel;
     if (pixel.x >= options.view.width || pixel.y >= options.view.height)
         throw Error(ErrorKind::kBadArgument,
@@ -187,17 +175,13 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
                     "another --size",
                     pixel.x, pixel.y, options.view.width, options.view.height,
                     options.view.width - 1, options.view.height - 1);
-    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
-    const double number = select_frame(options.frame, options.tree.build_at, *animation);
-    const Topology& topology = animation->topology();
-    const morphray::Device device = open_device(options.backend, messages);
-    std::optional<Progress> progress(std::in_place, "building the tree", 0, messages);
-    AnimationScene posed(device, {.view = {}, .tree = options.tree}, *animation, number, messages);
-    posed.advance(number);
-    const morphray::Scene& scene = posed.scene();
+    const PosedAnimation posed = pose_animation(options, messages);
+    const Animation& animation = *posed.animation;
+    posed.scene->advance(*options.frame);
+    const morphray::Scene& scene = posed.scene->scene();
     Backend& tracer = engine::backend(scene);
-    const ImageParams params = engine::image_params(scene, world_view(options.view, *animation));
-    progress.emplace("tracing the image", 0, messages);
+    const ImageParams params = engine::image_params(scene, world_view(options.view, animation));
+    std::optional<Progress> progress(std::in_place, "tracing the image", 0, messages);
     Frame frame;
     tracer.trace_image(params, frame);
     progress.emplace("testing all triangles", 0, messages);
@@ -210,7 +194,8 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     tracer.trace({{&ray, 1}, {&alone, 1}});
     const std::span<const vec3> positions = engine::positions(scene);
     const std::uint32_t wanted[] = {image.prim_id, alone.prim_id};
-    const std::vector<Candidate> candidates = find_candidates(ray, topology, positions, wanted);
+    const std::vector<Candidate> candidates =
+        find_candidates(ray, animation.topology(), positions, wanted);
     const bool brute_hits = !candidates.empty() && candidates.front().is_hit;
     const SceneSpace& space = engine::space(scene);
     const double world_depth =
@@ -221,13 +206,14 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
         image, alone, brute_hits ? candidates.front().hit : no_hit(),
         std::ldexp(image.t * std::hypot(ray.dir.x, ray.dir.y, ray.dir.z), -space.exponent()));
     text += fmt::format("\n{}, frame {}, pixel {},{} of {}x{}, {} rays\nbackend {}: {}\n",
-                        animation->name(), number, pixel.x, pixel.y, params.width, params.height,
-                        name_of_rays(options.view.rays), device.name(), device.description());
+                        animation.name(), *options.frame, pixel.x, pixel.y, params.width,
+                        params.height, name_of_rays(options.view.rays), scene.device().name(),
+                        scene.device().description());
     text += fmt::format(
         "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
-        to_string(posed.update().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
-        hash_text(tree.hash));
-    const Origin origin = animation->origin();
+        to_string(posed.scene->update().step), tree.node_count, tree.leaf_count, tree.depth,
+        tree.sah_cost, hash_text(tree.hash));
+    const Origin origin = animation.origin();
     const glm::dvec3 org = origin.from_world(glm::dvec3(space.to_world(ray.org)));
     text += ray_text(ray, org, origin.digits(), world_depth) + "\n";
     text += hit_text("hit in the image", image, world_depth);
@@ -238,7 +224,7 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
         text +=
             fmt::format("secondary rays        {} occluded in the image\n", frame.occlusion[index]);
     if (params.rays != kRaysPrimary && alone.prim_id != kNoPrim) {
-        const uvec3 corners = topology.triangles[alone.prim_id];
+        const uvec3 corners = animation.topology().triangles[alone.prim_id];
         const Surface surface = surface_at(ray, alone, positions[corners.x], positions[corners.y],
                                            positions[corners.z]);
         text += secondary_text(params, surface, pixel, tracer);

@@ -1,15 +1,11 @@
 // morphray profile: measures the stages of a frame.
 #include "app/commands/profile.h"
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
-#include "common/bvh/bvh.h"
-#include "common/text/text.h"
 #include "library/src/engine.h"
 #include "report/machine.h"
 #include "report/shell.h"
@@ -29,7 +25,7 @@ constexpr double kLongMs = 50;
 class StageProfiler {
 public:
     /// Builds the first tree. Options and animation must outlive it.
-    StageProfiler(const ProfileOptions& options, const Animation& animation, double first_frame,
+    StageProfiler(const Options& options, const Animation& animation, double first_frame,
                   const morphray::Device& device, const Messages& messages)
         : options_(options),
           topology_(animation.topology()),
@@ -69,18 +65,18 @@ public:
             if (round == 0) given_->set_tree(rebuilt);
             add(samples["trace_rebuilt"], [&] { return trace(*given_); });
         }
-        const FrameTimes times = {.deform_ms = median(samples["deform"]),
-                                  .update = {.upload_ms = median(samples["upload"]),
-                                             .refit_ms = median(samples["refit"]),
-                                             .rebuild_ms = median(samples["rebuild"])},
-                                  .trace_ms = median(samples["trace"]),
-                                  .rays = refits_.finish().rays};
-        refits_.read_tree(tree_);
         Json row = {{"frame", frame}, {"backend", backend()}};
-        add_times(row, times);
-        row["total_ms"] = times.total_ms();
+        double total_ms = 0;
+        for (const std::string stage :
+             {"deform", "upload", "refit", "decide", "restructure", "rebuild", "trace"}) {
+            const double ms = samples.contains(stage) ? median(samples[stage]) : 0;
+            row[stage + "_ms"] = ms;
+            total_ms += ms;
+        }
+        row["total_ms"] = total_ms;
         row["trace_rebuilt_ms"] = median(samples["trace_rebuilt"]);
-        row["rays"] = times.rays;
+        row["rays"] = refits_.finish().rays;
+        refits_.read_tree(tree_);
         row["sah_cost"] = bvh_stats(tree_).sah_cost;
         row["rebuilt_sah_cost"] = bvh_stats(rebuilt).sah_cost;
         row["trace_spread_percent"] = spread_of(samples["trace"]).percent;
@@ -100,7 +96,7 @@ private:
         return backend.finish().trace_ms;
     }
 
-    const ProfileOptions& options_;
+    const Options& options_;
     const Topology& topology_;
     morphray::View view_;
     AnimationScene scene_;
@@ -111,11 +107,10 @@ private:
 };
 
 /// The given options that decide what is measured, apart from scene, frames, size and rays.
-std::string measured_options(const ProfileOptions& options) {
-    std::vector<std::string> line = arguments_of(options.source);
-    std::vector<std::string> view = arguments_of(options.view, options.view.rays, false);
+std::string measured_options(const Options& options) {
+    std::vector<std::string> line = arguments_of(options, options.view.rays, false);
     // The size comes first.
-    line.insert(line.end(), view.begin() + 2, view.end());
+    line.erase(line.begin(), line.begin() + 2);
     const auto add = [&line](const char* name, const std::string& value) {
         if (!value.empty()) line.insert(line.end(), {name, value});
     };
@@ -149,9 +144,7 @@ Json backends_of(const Json& frames) {
 /// "refit 0.09 ms on cpu; 60 times as fast as a rebuild; the refitted tree traces 4 % slower".
 std::string sentence_of(const Json& backends) {
     const auto on_each = [&](const std::function<std::string(const Json&)>& text) {
-        std::vector<std::string> parts;
-        for (const Json& row : backends) parts.push_back(text(row));
-        return fmt::format("{}", fmt::join(parts, " and "));
+        return fmt::format("{}", fmt::join(backends | std::views::transform(text), " and "));
     };
     const auto number = [](double value) {
         return value < 10 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
@@ -212,7 +205,7 @@ Table table_of(const Json& report, const Json& rows, bool is_csv) {
 
 }  // namespace
 
-Json profile_head(const ProfileOptions& options, const Animation& animation,
+Json profile_head(const Options& options, const Animation& animation,
                   const std::vector<morphray::Device>& devices) {
     Json json = head_of("profile", animation);
     json["width"] = options.view.width;
@@ -241,15 +234,14 @@ void add_environment(std::vector<std::string>& row, const Json& report,
                {environment["machine"], environment["devices"][backend], environment["version"]});
 }
 
-ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
-    ProfileOptions options = given;
+ExitCode run_profile(const Options& given, const Messages& messages) {
+    Options options = given;
     // An animation under several policies takes long.
     if (!options.repeat) options.repeat = options.policies.empty() ? 10 : 5;
     if (!options.policies.empty()) return profile_policies(options, messages);
     check_reports({options.json, options.csv});
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
-    const std::vector<double> frames =
-        select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kFew);
+    const std::vector<double> frames = select_frames(options, *animation, DefaultFrames::kFew);
     const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
     Json report = profile_head(options, *animation, devices);
     report["options"] = measured_options(options);

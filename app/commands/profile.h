@@ -7,10 +7,10 @@
 
 namespace mray::app {
 
-ExitCode profile_policies(const ProfileOptions& options, const Messages& messages);
+ExitCode profile_policies(const Options& options, const Messages& messages);
 
 /// The scene, what is traced, and the environment.
-Json profile_head(const ProfileOptions& options, const Animation& animation,
+Json profile_head(const Options& options, const Animation& animation,
                   const std::vector<morphray::Device>& devices);
 /// "AMD EPYC, ...; cpu: avx2, 2 threads; morphray 0.2.0 (1a2b3c4d)".
 std::string environment_text(const Json& report);

@@ -1,14 +1,8 @@
 // morphray profile --policies: compares update policies over an animation.
-#include <algorithm>
-#include <limits>
-#include <map>
-#include <set>
-
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
 #include "app/animation/frames.h"
 #include "app/commands/profile.h"
-#include "common/text/text.h"
 #include "library/src/engine.h"
 #include "report/plot.h"
 #include "report/spread.h"
@@ -24,8 +18,8 @@ constexpr int kEnoughRounds = 5;
 
 struct Played {
     double frame = 0;
+    /// Its times are 0 for the first build.
     morphray::Update update = {};
-    UpdateTimes times = {};
     double trace_ms = 0;
     std::uint64_t hits_hash = 0;
 };
@@ -35,11 +29,10 @@ struct PolicyRun {
     std::string policy;
     std::string backend;
     std::vector<std::vector<Played>> rounds = {};
-    /// For each frame, its median round by cost.
     std::vector<Played> frames = {};
 };
 
-double cost_of(const Played& frame) { return frame.times.total_ms() + frame.trace_ms; }
+double cost_of(const Played& frame) { return frame.update.milliseconds() + frame.trace_ms; }
 
 /// The median round of each frame by cost; its step and reason are those of the last round.
 std::vector<Played> median_frames(const std::vector<std::vector<Played>>& rounds) {
@@ -48,37 +41,37 @@ std::vector<Played> median_frames(const std::vector<std::vector<Played>>& rounds
         std::vector<Played> played;
         for (const std::vector<Played>& round : rounds) played.push_back(round[f]);
         std::ranges::sort(played, {}, cost_of);
-        const Played& middle = played[(played.size() - 1) / 2];
-        frames[f].times = middle.times;
-        frames[f].trace_ms = middle.trace_ms;
+        Played& middle = played[(played.size() - 1) / 2];
+        middle.update.step = frames[f].update.step;
+        middle.update.reason = frames[f].update.reason;
+        middle.update.cost_ratio = frames[f].update.cost_ratio;
+        frames[f] = middle;
     }
     return frames;
 }
 
-/// Makes one row of policies that took the same steps in every round, on one backend: with the
-/// times of the first.
-void merge_equal(std::vector<PolicyRun>& runs, std::size_t first) {
-    const auto steps_of = [](const PolicyRun& run) {
-        std::vector<morphray::Step> steps;
-        for (const std::vector<Played>& round : run.rounds)
-            for (const Played& frame : round) steps.push_back(frame.update.step);
-        return steps;
-    };
-    for (std::size_t i = first; i < runs.size(); ++i) {
-        const std::vector<morphray::Step> steps = steps_of(runs[i]);
-        for (std::size_t k = i + 1; k < runs.size();) {
-            if (steps_of(runs[k]) != steps) {
-                ++k;
-                continue;
-            }
-            runs[i].policy += ", " + runs[k].policy;
-            runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(k));
-        }
+std::vector<morphray::Step> steps_of(const PolicyRun& run) {
+    std::vector<morphray::Step> steps;
+    for (const std::vector<Played>& round : run.rounds)
+        for (const Played& frame : round) steps.push_back(frame.update.step);
+    return steps;
+}
+
+/// Makes one row of policies that took the same steps in every round: with the times of the first.
+std::vector<PolicyRun> merge_equal(std::vector<PolicyRun> runs) {
+    std::vector<PolicyRun> merged;
+    for (PolicyRun& run : runs) {
+        const auto equal = std::ranges::find(merged, steps_of(run), steps_of);
+        if (equal == merged.end())
+            merged.push_back(std::move(run));
+        else
+            equal->policy += ", " + run.policy;
     }
+    return merged;
 }
 
 /// Plays the animation under one policy. Calls `on_frame` before each frame.
-std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy,
+std::vector<Played> play(const Options& options, const PolicySpec& policy,
                          const Animation& animation, const std::vector<double>& frames,
                          const morphray::Device& device, const Messages& messages,
                          const std::function<void()>& on_frame) {
@@ -95,12 +88,11 @@ std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy
         scene.advance(number);
         on_frame();
         scene.render(view, image);
-        const bool is_built = scene.update().step == morphray::Step::build;
-        played.push_back({.frame = number,
-                          .update = scene.update(),
-                          .times = is_built ? UpdateTimes() : scene.times().update,
-                          .trace_ms = image.trace_ms,
-                          .hits_hash = image.hits_hash});
+        morphray::Update update = scene.update();
+        update.read_ms = 0;
+        if (update.step == morphray::Step::build)
+            update = {update.step, update.reason, update.cost_ratio};
+        played.push_back({number, update, image.trace_ms, image.hits_hash});
     }
     return played;
 }
@@ -146,7 +138,7 @@ Table frames_table(const Json& report, const std::vector<PolicyRun>& runs) {
     for (const PolicyRun& run : runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
             const Played& f = run.frames[i];
-            const UpdateTimes& times = f.times;
+            const morphray::Update& times = f.update;
             std::vector<double> traces;
             std::vector<double> costs;
             for (const std::vector<Played>& round : run.rounds) {
@@ -186,17 +178,15 @@ std::string finding_of(const std::vector<Json>& rows, int rounds) {
     if (rounds < kEnoughRounds)
         return fmt::format("too few rounds to name the quickest on {}: {}, {}", backend,
                            text_of_row(rows[0]), text_of_row(rows[1]));
-    const auto range = [](const Json& row) -> const Json& { return row["total"]; };
+    const auto least = [](const Json& row) { return row["total"]["least_ms"].get<double>(); };
+    const auto most = [](const Json& row) { return row["total"]["most_ms"].get<double>(); };
     // The first whose range of rounds meets that of the best.
-    const auto rival = std::find_if(rows.begin() + 1, rows.end(), [&](const Json& row) {
-        return range(row)["least_ms"] <= range(rows[0])["most_ms"];
-    });
+    const auto rival = std::find_if(rows.begin() + 1, rows.end(),
+                                    [&](const Json& row) { return least(row) <= most(rows[0]); });
     if (rival == rows.end())
         return fmt::format("quickest on {}: {}, then {}", backend, text_of_row(rows[0]),
                            text_of_row(rows[1]));
-    const auto spread = [&](const Json& row) {
-        return range(row)["most_ms"].get<double>() - range(row)["least_ms"].get<double>();
-    };
+    const auto spread = [&](const Json& row) { return most(row) - least(row); };
     return fmt::format("no difference found on {}: {} against {}, spread {:.2f} ms", backend,
                        text_of_row(rows[0]), text_of_row(*rival),
                        std::max(spread(rows[0]), spread(*rival)));
@@ -235,22 +225,20 @@ std::string summary_of(const Json& report) {
         repeat == 1 ? "" : "s", table.text());
 }
 
-std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
+std::vector<plot::Panel> panels_of(const Json& report) {
     std::vector<plot::Panel> panels;
-    std::set<std::string> backends;
-    for (const PolicyRun& run : runs) {
-        if (!backends.insert(run.backend).second) continue;
+    for (const auto& [backend, description] : report["environment"]["devices"].items()) {
         const auto add = [&](const std::string& title, const char* y, const char* unit,
                              const char* lower, const char* upper) {
             panels.push_back({{"kind", "lines"},
-                              {"title", title + ", " + run.backend},
+                              {"title", title + ", " + backend},
                               {"x", "frame"},
                               {"y", y},
                               {"series", "policy"},
                               {"xlabel", "frame"},
                               {"ylabel", unit},
                               {"where", "backend"},
-                              {"is", run.backend},
+                              {"is", backend},
                               {"lower", lower},
                               {"upper", upper}});
         };
@@ -272,14 +260,14 @@ std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs
                               report["scene"].get<std::string>(), text("triangles"), text("width"),
                               text("height"), report["rays"].get<std::string>(), text("repeat"),
                               environment_text(report)),
-        .panels = panels_of(runs)};
+        .panels = panels_of(report)};
     return plot::draw(figure, frames_table(report, runs).csv(),
                       lower_case(file).ends_with(".png") ? "png" : "svg");
 }
 
 }  // namespace
 
-ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
+ExitCode profile_policies(const Options& options, const Messages& messages) {
     if (!options.plot.empty()) {
         const std::string name = lower_case(options.plot);
         if (!name.ends_with(".svg") && !name.ends_with(".png"))
@@ -293,8 +281,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     }
     check_reports({options.json, options.csv, options.plot});
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
-    const std::vector<double> frames =
-        select_frames(options.frames, options.tree.build_at, *animation, DefaultFrames::kAll);
+    const std::vector<double> frames = select_frames(options, *animation, DefaultFrames::kAll);
     std::vector<PolicyRun> runs;
     Json policies = Json::array();
     const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
@@ -311,24 +298,28 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
                 progress.update(done++);
                 progress.begin(name);
             };
-            const std::size_t first = runs.size();
+            std::vector<PolicyRun> here;
             for (const PolicySpec& policy : options.policies)
-                runs.push_back({.policy = text_of(policy), .backend = name});
+                here.push_back({.policy = text_of(policy), .backend = name});
             // One animation after the other: a background build slows down its own policy alone.
-            for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
-                const std::size_t p = i % options.policies.size();
-                runs[first + p].rounds.push_back(play(options, options.policies[p], *animation,
-                                                      frames, device, messages, begin_frame));
+            for (std::size_t i = 0; i < rounds * here.size(); ++i) {
+                const std::size_t p = i % here.size();
+                here[p].rounds.push_back(play(options, options.policies[p], *animation, frames,
+                                              device, messages, begin_frame));
             }
-            merge_equal(runs, first);
+            here = merge_equal(std::move(here));
+            Json rows = Json::array();
             double least = std::numeric_limits<double>::infinity();
-            for (PolicyRun& run : std::span(runs).subspan(first)) {
+            for (PolicyRun& run : here) {
                 run.frames = median_frames(run.rounds);
-                policies.push_back(policy_json(run));
-                least = std::min(least, policies.back()["total_ms"].get<double>());
+                rows.push_back(policy_json(run));
+                least = std::min(least, rows.back()["total_ms"].get<double>());
             }
-            for (std::size_t i = first; i < policies.size() && least > 0; ++i)
-                policies[i]["regret"] = policies[i]["total_ms"].get<double>() / least - 1;
+            for (Json& row : rows) {
+                if (least > 0) row["regret"] = row["total_ms"].get<double>() / least - 1;
+                policies.push_back(row);
+            }
+            std::ranges::move(here, std::back_inserter(runs));
         }
     }
     Json report = profile_head(options, *animation, devices);

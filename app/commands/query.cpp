@@ -1,13 +1,7 @@
 // morphray query: reads points from a file and writes where they are to a file.
-#include <fmt/format.h>
-
-#include <algorithm>
-
 #include "app/animation/animation_scene.h"
 #include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
-#include "common/scene/mesh.h"
-#include "common/text/text.h"
 
 namespace mray::app {
 namespace {
@@ -25,8 +19,7 @@ std::string text_of(const morphray::ClosestPoint& c, const Origin& origin) {
 }
 
 /// Warns if queries that need a closed mesh are about one that is not, or encloses nothing.
-void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
-                  const Messages& messages) {
+void warn_if_open(const Options& options, const PosedAnimation& posed, const Messages& messages) {
     const auto asks = [&](PointQuery query) {
         return std::ranges::find(options.queries, query) != options.queries.end();
     };
@@ -50,7 +43,7 @@ void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
 }
 
 /// Appends a line of answers for each point.
-void answer(const QueryOptions& options, const PosedAnimation& posed,
+void answer(const Options& options, const PosedAnimation& posed,
             std::span<const glm::dvec3> file_points, std::string& text) {
     const Origin origin = posed.animation->origin();
     const morphray::Scene& scene = posed.scene->scene();
@@ -63,50 +56,48 @@ void answer(const QueryOptions& options, const PosedAnimation& posed,
     const morphray::QueryOptions cancellable{.cancel = &interrupt_flag()};
     std::vector<std::string> lines(count);
     for (const PointQuery query : options.queries) {
-        const auto add = [&](const auto& answers, const auto& text_of_answer) {
+        const auto add = [&](auto answers, const auto& ask, const auto& text_of_answer) {
+            ask(std::span(answers));
             for (std::size_t i = 0; i < count; ++i) {
                 if (query != options.queries.front()) lines[i] += ' ';
                 lines[i] += text_of_answer(answers[i]);
             }
         };
-        switch (query) {
-            case PointQuery::kInside: {
-                std::vector<std::uint8_t> inside(count);
-                scene.contains(points, inside, options.rule, cancellable);
-                add(inside, [](std::uint8_t is_inside) { return is_inside != 0 ? '1' : '0'; });
-                break;
-            }
-            case PointQuery::kWinding: {
-                std::vector<std::int32_t> windings(count);
-                scene.winding(points, windings, cancellable);
-                add(windings, [](std::int32_t winding) { return std::to_string(winding); });
-                break;
-            }
-            case PointQuery::kDistance: {
-                std::vector<float> distances(count);
-                scene.signed_distance(points, distances, options.rule, options.max_distance,
-                                      cancellable);
-                add(distances, [](float distance) { return fmt::format("{:.9g}", distance); });
-                break;
-            }
-            case PointQuery::kClosest: {
-                std::vector<morphray::ClosestPoint> closest(count);
-                scene.closest_points(points, closest, options.max_distance, cancellable);
-                add(closest, [&](const auto& point) { return text_of(point, origin); });
-                break;
-            }
-        }
+        if (query == PointQuery::kInside)
+            add(
+                std::vector<std::uint8_t>(count),
+                [&](auto inside) { scene.contains(points, inside, options.rule, cancellable); },
+                [](std::uint8_t is_inside) { return is_inside != 0 ? '1' : '0'; });
+        if (query == PointQuery::kWinding)
+            add(
+                std::vector<std::int32_t>(count),
+                [&](auto windings) { scene.winding(points, windings, cancellable); },
+                [](std::int32_t winding) { return std::to_string(winding); });
+        if (query == PointQuery::kDistance)
+            add(
+                std::vector<float>(count),
+                [&](auto distances) {
+                    scene.signed_distance(points, distances, options.rule, options.max_distance,
+                                          cancellable);
+                },
+                [](float distance) { return fmt::format("{:.9g}", distance); });
+        if (query == PointQuery::kClosest)
+            add(
+                std::vector<morphray::ClosestPoint>(count),
+                [&](auto closest) {
+                    scene.closest_points(points, closest, options.max_distance, cancellable);
+                },
+                [&](const morphray::ClosestPoint& point) { return text_of(point, origin); });
     }
     for (const std::string& line : lines) text += line + '\n';
 }
 
 }  // namespace
 
-ExitCode run_command(const QueryOptions& options, const Messages& messages) {
+ExitCode run_query(const Options& options, const Messages& messages) {
     check_reports({options.out});
     const std::vector<glm::dvec3> points = read_points(options.point_file);
-    const PosedAnimation posed =
-        pose_animation(options.source, options.backend, options.frame, messages);
+    const PosedAnimation posed = pose_animation(options, messages);
     call_library([&] { warn_if_open(options, posed, messages); });
     std::string text;
     in_batches("querying", points.size(), messages, [&](std::size_t first, std::size_t count) {

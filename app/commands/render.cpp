@@ -1,7 +1,5 @@
 // morphray render: writes an image for each frame.
-#include <array>
 #include <numeric>
-#include <set>
 
 #include "app/animation/animation_scene.h"
 #include "app/animation/devices.h"
@@ -9,7 +7,6 @@
 #include "app/base/image_files.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/base/hash.h"
 #include "common/base/output_file.h"
 #include "common/image/frame.h"
 #include "report/shell.h"
@@ -20,27 +17,18 @@ namespace {
 
 struct FrameTask {
     double frame = 0;
-    std::string file;
+    std::filesystem::path file;
 };
 
-/// True if --out names one image, not a folder.
-bool renders_one_image(const RenderOptions& options) {
-    // A name that cannot be looked up is no folder; writing it says what is wrong.
-    std::error_code error;
-    return lower_case(options.out).ends_with(".png") &&
-           !std::filesystem::is_directory(options.out, error);
-}
-
 /// Renders the image again, on any backend.
-std::string render_command(const ImageOptions& options, double frame) {
+std::string render_command(const Options& options, double frame) {
     const morphray::View& view = options.view;
     std::vector<std::string> line = {"morphray", "render", options.source.scene, "--frames",
                                      fmt::format("{}", frame)};
     const bool is_plain = view.shading == morphray::Shading::plain;
     const bool is_lit = view.shading == morphray::Shading::lit;
     const morphray::Rays rays = is_plain ? view.rays : morphray::Rays::primary;
-    for (const auto& part : {arguments_of(view, rays, is_lit), arguments_of(options.source)})
-        line.insert(line.end(), part.begin(), part.end());
+    std::ranges::copy(arguments_of(options, rays, is_lit), std::back_inserter(line));
     if (is_plain)
         line.insert(line.end(), {"--rays", name_of_rays(rays)});
     else
@@ -51,34 +39,24 @@ std::string render_command(const ImageOptions& options, double frame) {
     return shell_line(line);
 }
 
-/// The folder that --out means; of one image its folder.
-std::filesystem::path output_folder_of(const RenderOptions& options) {
-    if (!renders_one_image(options)) return options.out;
-    const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
-    return folder.empty() ? "." : folder;
-}
-
-/// The images of these frames. Throws Error(kBadArgument) if two frames would have one file.
-std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
+/// The images of these frames: one file that --out names, or files in the folder that it names.
+std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames,
                                    const Animation& animation) {
-    if (renders_one_image(options) && frames.size() > 1)
+    const std::filesystem::path out = options.out;
+    // A name that cannot be looked up is no folder; writing it says what is wrong.
+    std::error_code error;
+    const bool is_one_image =
+        lower_case(options.out).ends_with(".png") && !std::filesystem::is_directory(out, error);
+    if (is_one_image && frames.size() > 1)
         throw Error(
             ErrorKind::kBadArgument,
             "--out {}: one image, but {} frames; choose one of them by --frames, or give a folder",
             options.out, frames.size());
+    if (is_one_image) return {{frames.front(), out.has_parent_path() ? out : "." / out}};
     const std::vector<std::string> labels = frame_labels(frames, animation);
-    std::set<std::string> names;
     std::vector<FrameTask> tasks;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-        const std::string name = renders_one_image(options)
-                                     ? std::filesystem::path(options.out).filename().string()
-                                     : fmt::format("frame_{}.png", labels[i]);
-        if (!names.insert(name).second) {
-            throw Error(ErrorKind::kBadArgument,
-                        "--frames: two frames would both become {}; choose a larger step", name);
-        }
-        tasks.push_back({frames[i], name});
-    }
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        tasks.push_back({frames[i], out / fmt::format("frame_{}.png", labels[i])});
     return tasks;
 }
 
@@ -87,44 +65,49 @@ Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray:
     morphray::TreeStatistics tree;
     if (with_tree) tree = call_library([&] { return scene.scene().tree_statistics(); });
     const auto hits = std::ranges::count_if(image.hits, [](const auto& hit) { return bool{hit}; });
-    const FrameTimes times = scene.times();
-    Json json = {{"frame", task.frame},
-                 {"backend", scene.scene().device().name()},
-                 {"update", to_string(scene.update().step)},
-                 {"refit_on", scene.refitted_on()},
-                 {"hits_hash", hash_text(image.hits_hash)},
-                 {"image_hash", hash_text(image.image_hash)},
-                 {"bvh_hash", hash_text(tree.hash)}};
-    add_times(json, times);
-    json["total_ms"] = times.total_ms();
-    json["rays"] = times.rays;
-    json["hits"] = hits;
-    json["misses"] = image.hits.size() - static_cast<std::size_t>(hits);
-    json["occluded"] =
-        std::accumulate(image.occlusion.begin(), image.occlusion.end(), std::uint64_t{0});
-    json["sah_cost"] = tree.sah_cost;
-    json["cost_ratio"] = scene.update().cost_ratio;
-    json["reason"] = scene.update().reason;
-    json["file"] = task.file;
-    return json;
+    const morphray::Update& update = scene.update();
+    const double update_ms = update.milliseconds() - update.read_ms;
+    return {{"frame", task.frame},
+            {"backend", scene.scene().device().name()},
+            {"update", to_string(update.step)},
+            {"refit_on", scene.refitted_on()},
+            {"hits_hash", hash_text(image.hits_hash)},
+            {"image_hash", hash_text(image.image_hash)},
+            {"bvh_hash", hash_text(tree.hash)},
+            {"deform_ms", scene.deform_ms()},
+            {"upload_ms", update.upload_ms},
+            {"refit_ms", update.refit_ms},
+            {"decide_ms", update.decide_ms},
+            {"restructure_ms", update.restructure_ms},
+            {"rebuild_ms", update.rebuild_ms},
+            {"trace_ms", image.trace_ms},
+            {"total_ms", scene.deform_ms() + update_ms + image.trace_ms},
+            {"rays", image.ray_count},
+            {"hits", hits},
+            {"misses", image.hits.size() - static_cast<std::size_t>(hits)},
+            {"occluded",
+             std::accumulate(image.occlusion.begin(), image.occlusion.end(), std::uint64_t{0})},
+            {"sah_cost", tree.sah_cost},
+            {"cost_ratio", update.cost_ratio},
+            {"reason", update.reason},
+            {"file", task.file.filename().string()}};
 }
 
-std::string rays_text(const RenderOptions& options) {
+std::string rays_text(const Options& options) {
     using morphray::Shading;
-    const Shading shading = options.image.view.shading;
-    if (shading == Shading::plain) return name_of_rays(options.image.view.rays);
+    const Shading shading = options.view.shading;
+    if (shading == Shading::plain) return name_of_rays(options.view.rays);
     if (shading != Shading::lit) return name_of_rays(morphray::Rays::primary);
-    return options.image.view.ao_count == 0 ? "shadow" : "shadow, ao";
+    return options.view.ao_count == 0 ? "shadow" : "shadow, ao";
 }
 
-ImageOptions with_ground(ImageOptions options, const morphray::View& view,
-                         const Animation& animation) {
+Options with_ground(Options options, const morphray::View& view, const Animation& animation) {
     options.ground = has_ground(options.ground, view, animation);
     return options;
 }
 
-std::uint64_t pixel_count(const RenderOptions& options) {
-    const morphray::View& view = options.image.view;
+std::uint64_t pixel_count(const Options& options) {
+    const morphray::View& view = options.view;
     return std::uint64_t{view.width} * view.height * view.samples;
 }
 
@@ -132,21 +115,18 @@ std::uint64_t pixel_count(const RenderOptions& options) {
 class Renderer {
 public:
     /// Builds the tree. `view` is the world_view() of the options.
-    Renderer(const RenderOptions& options, const morphray::View& view, const Animation& animation,
-             const std::vector<FrameTask>& tasks, const std::filesystem::path& folder,
-             const Messages& messages)
+    Renderer(const Options& options, const morphray::View& view, const Animation& animation,
+             const std::vector<FrameTask>& tasks, const Messages& messages)
         : options_(options),
           messages_(messages),
-          folder_(folder),
           tasks_(tasks),
           view_(view),
           scale_(scale_text(view, animation)),
-          scene_(open_device(options.image.backend, messages),
-                 with_ground(options.image, view, animation), animation, tasks.front().frame,
-                 messages),
+          scene_(open_device(options.backend, messages), with_ground(options, view, animation),
+                 animation, tasks.front().frame, messages),
           prints_rows_(!is_stdout(options.json)) {
         if (!scale_.empty()) messages.tell(scale_);
-        view_.linear = options.image.exr.has_value();
+        view_.linear = options.exr.has_value();
         view_.cancel = &interrupt_flag();
         if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
         report_ = head_of("render", animation);
@@ -186,7 +166,8 @@ public:
         scene_.render(view_, traced);
         const Json report = json_of(scene_, tasks_[i], traced, !options_.json.empty());
         wait();
-        writing_ = std::async(std::launch::async, [this, i, &traced, report, row = row_of(report)] {
+        const std::string row = row_of(report, tasks_[i]);
+        writing_ = std::async(std::launch::async, [this, i, &traced, report, row] {
             write(i, traced);
             if (prints_rows_) messages_.print(std::exchange(header_, {}) + row);
             return report;
@@ -227,34 +208,31 @@ private:
         if (hits_) call_library([&] { hits_->add(traced); });
         // Nothing in them differs between backends.
         std::vector<PngText> texts = {{"Software", fmt::format("morphray {}", kVersionDetail)},
-                                      {"Source", render_command(options_.image, task.frame)},
+                                      {"Source", render_command(options_, task.frame)},
                                       {"Hits hash", hash_text(traced.hits_hash)},
                                       {"Image hash", hash_text(traced.image_hash)}};
         if (!scale_.empty()) texts.push_back({"Scale", scale_});
-        const std::filesystem::path file = folder_ / task.file;
-        if (options_.image.exr)
-            write_file(std::filesystem::path(file).replace_extension(".exr"),
-                       encode_exr(traced, *options_.image.exr, texts));
+        if (options_.exr)
+            write_file(std::filesystem::path(task.file).replace_extension(".exr"),
+                       encode_exr(traced, *options_.exr, texts));
         Image image{traced.width, traced.height, std::move(traced.pixels)};
-        write_file(file, encode_png(image, texts));
+        write_file(task.file, encode_png(image, texts));
         traced.pixels = std::move(image.pixels);
     }
 
-    std::string row_of(const Json& frame) const {
-        const FrameTimes times = scene_.times();
-        const double rate = static_cast<double>(times.rays) / (times.trace_ms * 1e3 + 1e-9);
-        const std::string file = frame["file"];
+    std::string row_of(const Json& frame, const FrameTask& task) const {
+        const double trace_ms = frame["trace_ms"];
+        const double rate = frame["rays"].get<double>() / (trace_ms * 1e3 + 1e-9);
         return row_text(columns_,
                         std::vector<std::string>{
-                            fmt::format("{}", frame["frame"].get<double>()), frame["update"],
-                            fmt::format("{:.2f}", times.total_ms() - times.trace_ms),
-                            fmt::format("{:.2f}", times.trace_ms), fmt::format("{:.2f}", rate),
-                            frame["hits"].dump(), (folder_ / file).string()});
+                            fmt::format("{}", task.frame), frame["update"],
+                            fmt::format("{:.2f}", frame["total_ms"].get<double>() - trace_ms),
+                            fmt::format("{:.2f}", trace_ms), fmt::format("{:.2f}", rate),
+                            frame["hits"].dump(), task.file});
     }
 
-    const RenderOptions& options_;
+    const Options& options_;
     const Messages& messages_;
-    std::filesystem::path folder_;
     const std::vector<FrameTask>& tasks_;
     morphray::View view_;
     std::string scale_;
@@ -288,26 +266,24 @@ void require_samples_fit(const morphray::View& view) {
 
 }  // namespace
 
-ExitCode run_command(const RenderOptions& given, const Messages& messages) {
-    RenderOptions options = given;
-    require_samples_fit(options.image.view);
-    const std::unique_ptr<Animation> animation = open_animation(options.image.source, messages);
-    const std::vector<double> frames =
-        select_frames(options.frames, options.image.tree.build_at, *animation, DefaultFrames::kAll);
+ExitCode run_render(const Options& given, const Messages& messages) {
+    Options options = given;
+    require_samples_fit(options.view);
+    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
+    const std::vector<double> frames = select_frames(options, *animation, DefaultFrames::kAll);
     // One tree for all runs.
-    if (!options.image.tree.build_at) options.image.tree.build_at = frames.front();
+    if (!options.tree.build_at) options.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, *animation);
-    const std::filesystem::path folder = output_folder_of(options);
     std::vector<std::string> outputs = {options.json, options.hits};
-    for (const FrameTask& task : tasks) outputs.push_back(folder / task.file);
+    for (const FrameTask& task : tasks) outputs.push_back(task.file);
     require_distinct(outputs);
-    const morphray::View view = world_view(options.image.view, *animation);
+    const morphray::View view = world_view(options.view, *animation);
     Failure failure;
     Progress progress("rendering", tasks.size(), messages);
     progress.begin("tree");
-    Renderer renderer(options, view, *animation, tasks, folder, messages);
+    Renderer renderer(options, view, *animation, tasks, messages);
     // Before the reports, which may be in it.
-    make_output_folder(folder);
+    make_output_folder(tasks.front().file.parent_path());
     check_reports({options.json, options.hits});
     attempt(failure, messages, [&] {
         for (std::size_t done = 0; done < tasks.size(); ++done) {

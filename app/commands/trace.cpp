@@ -1,15 +1,7 @@
 // morphray trace: reads rays from a file and writes their hits to a file.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <iterator>
-#include <optional>
-
 #include "app/animation/animation_scene.h"
 #include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
-#include "common/text/text.h"
 #include "library/src/engine.h"
 
 namespace mray::app {
@@ -31,7 +23,7 @@ std::size_t fault_of(const WorldRay& ray) {
 /// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
 public:
-    RayTracer(const TraceOptions& options, const PosedAnimation& posed)
+    RayTracer(const Options& options, const PosedAnimation& posed)
         : options_(options),
           scene_(posed.scene->scene()),
           origin_(posed.animation->origin()),
@@ -119,7 +111,7 @@ private:
                            hit.v);
     }
 
-    const TraceOptions& options_;
+    const Options& options_;
     const morphray::Scene& scene_;
     Origin origin_;
     const SceneSpace& space_;
@@ -143,13 +135,12 @@ private:
 
 }  // namespace
 
-ExitCode run_command(const TraceOptions& options, const Messages& messages) {
+ExitCode run_trace(const Options& options, const Messages& messages) {
     check_reports({options.out});
     const RayFile file = read_rays(options.ray_file, options.binary_rays);
     const std::span rays(file.rays);
     const std::span excluded(file.excluded);
-    const PosedAnimation posed =
-        pose_animation(options.source, options.backend, options.frame, messages);
+    const PosedAnimation posed = pose_animation(options, messages);
     const std::size_t triangles = posed.animation->topology().triangles.size();
     const auto unknown = std::ranges::find_if(excluded, [&](const morphray::Primitive& triangle) {
         return triangle != morphray::Primitive{} && triangle.prim_id >= triangles;

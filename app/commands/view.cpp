@@ -1,13 +1,12 @@
 // morphray view, if it is built in.
 #include "app/commands/commands.h"
 #include "app/view/viewer.h"
-#include "common/base/errors.h"
 #include "common/base/output_file.h"
 
 namespace mray::app {
 
-ExitCode run_command([[maybe_unused]] const ViewOptions& options,
-                     [[maybe_unused]] const Messages& messages) {
+ExitCode run_view([[maybe_unused]] const Options& options,
+                  [[maybe_unused]] const Messages& messages) {
 #ifdef MORPHRAY_HAS_VIEW
     if (!options.screenshot.empty()) check_writable(options.screenshot);
     show_scene(options, messages);

@@ -2,7 +2,6 @@
 
 #include <map>
 
-#include "app/report/page.h"
 #include "report/compare.h"
 #include "report/shell.h"
 #include "report/table.h"
@@ -10,13 +9,15 @@
 namespace mray::app {
 namespace {
 
+constexpr std::size_t kDescribedRows = 100;
+
 std::string describe_pixel(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
     return fmt::format("{} occluded {} colour #{:02x}{:02x}{:02x}", describe(hit), occlusion,
                        pixel & 0xFF, (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
 }
 
 /// Traces one pixel as the variant did, or as its reference, with the tree built at `build_at`.
-std::string probe_command(const CrosscheckOptions& options, const CheckedImage& image,
+std::string probe_command(const Options& options, const CheckedImage& image,
                           const PixelDifference& pixel, const std::string& build_at,
                           bool reference) {
     std::vector<std::string> line = {"morphray", "probe", options.source.scene};
@@ -26,9 +27,7 @@ std::string probe_command(const CrosscheckOptions& options, const CheckedImage& 
     add("--frame", fmt::format("{}", image.frame));
     add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
     add("--rays", name_of_rays(image.rays));
-    for (const auto& part :
-         {arguments_of(options.view, image.rays, false), arguments_of(options.source)})
-        line.insert(line.end(), part.begin(), part.end());
+    std::ranges::copy(arguments_of(options, image.rays, false), std::back_inserter(line));
     const CheckVariant& variant = image.variant;
     const std::string& backend = reference ? image.reference : variant.backend;
     add("--backend", backend);
@@ -41,7 +40,7 @@ std::string probe_command(const CrosscheckOptions& options, const CheckedImage& 
     return shell_line(line);
 }
 
-std::string details_of(const CrosscheckOptions& options, const CheckedImage& image,
+std::string details_of(const Options& options, const CheckedImage& image,
                        const FrameDifference& difference, const std::string& build_at) {
     constexpr std::size_t kPixelsOfImage = 3;
     std::string text;
@@ -77,7 +76,7 @@ std::string CheckVariant::name() const {
     return tracer + (refit_on.empty() ? ", rebuild" : ", refit on " + refit_on);
 }
 
-Json empty_report(const CrosscheckOptions& options) {
+Json empty_report(const Options& options) {
     std::vector<std::string> line = {"morphray"};
     line.insert(line.end(), options.arguments.begin(), options.arguments.end());
     Json report = {{"command", "crosscheck"},
@@ -87,7 +86,7 @@ Json empty_report(const CrosscheckOptions& options) {
                    {"error", ""}};
     report["scenes"] = Json::array();
     // Then a report about a run that cannot begin names its scenes, too.
-    for (const std::string& spec : options.scenes) {
+    for (const std::string& spec : options.inputs) {
         Json& scene = report["scenes"].emplace_back();
         scene = {{"scene", spec},
                  {"triangles", 0},
@@ -110,9 +109,8 @@ Json empty_report(const CrosscheckOptions& options) {
     return report;
 }
 
-void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
+void add_images(Json& scene, const Options& options, const CheckedImage& image,
                 const Frame& expected, const Frame& actual) {
-    constexpr std::size_t kDescribedRows = 100;
     const FrameDifference difference = compare_frames(expected, actual);
     const std::uint64_t hits[] = {hits_hash(expected), hits_hash(actual)};
     const std::uint64_t pixels[] = {image_hash(expected), image_hash(actual)};
@@ -159,7 +157,7 @@ void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t 
                fmt::format("{} on cpu, {} on vulkan", hashes[0], hashes[1]));
 }
 
-void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
+void add_answers(Json& scene, const Options& options, const CheckedImage& image,
                  const std::vector<QueryDifference>& differences) {
     Json counts = Json::object();
     std::vector<std::string> texts;
@@ -217,8 +215,24 @@ void conclude(Json& report, const std::string& unfinished) {
 
 namespace {
 
-// The text has the pixels of so many comparisons of a scene.
-constexpr std::size_t kShownDetails = 8;
+constexpr const char* kPage = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width,initial-scale=1">
+<title>{0} - morphray crosscheck</title>
+<style>
+:root {{ color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif }}
+.equal {{ color: light-dark(#14592b, #8be9ab) }}
+.different {{ color: light-dark(#941616, #ffb8b3) }}
+pre {{ white-space: pre-wrap; overflow-wrap: anywhere }}
+</style></head>
+<body>
+<h1>morphray crosscheck</h1>
+<p class="{1}"><strong>{0}</strong></p>
+{2}<h2>Environment</h2>
+<pre>{3}</pre>
+<script type="application/json" id="report">{4}</script>
+</body></html>
+)";
 
 constexpr const char* kSuite =
     R"(<testsuite name="morphray crosscheck" tests="{}" failures="{}" errors="{}">
@@ -258,7 +272,8 @@ std::string table_text(const Json& scene) {
     return table.text();
 }
 
-std::string scene_text(const Json& scene) {
+/// With the pixels of at most so many comparisons.
+std::string scene_text(const Json& scene, std::size_t most_details) {
     std::string differences;
     std::size_t shown = 0;
     for (const char* list : kResults) {
@@ -266,7 +281,7 @@ std::string scene_text(const Json& scene) {
             if (result["equal"]) continue;
             differences += fmt::format("\n{}: {}\n", result["title"].get<std::string>(),
                                        result["message"].get<std::string>());
-            if (result.contains("details") && ++shown <= kShownDetails)
+            if (result.contains("details") && ++shown <= most_details)
                 differences += result["details"];
         }
     }
@@ -282,6 +297,10 @@ std::string case_of(const std::string& group, const std::string& name, const std
         text += fmt::format("<{0} message=\"{1}\">{1}\n{2}</{0}>", element, markup_text(message),
                             markup_text(details));
     return text + "</testcase>\n";
+}
+
+std::string simd_text(const Json& environment) {
+    return fmt::format("{}", fmt::join(environment["simd"].get<std::vector<std::string>>(), ", "));
 }
 
 std::string suite_of(const Json& report, const Json& scene, const std::string& name) {
@@ -304,8 +323,7 @@ std::string suite_of(const Json& report, const Json& scene, const std::string& n
         cases += case_of(name + ".run", "ends after its last frame", error, "", 0, "error");
     const Json& environment = report["environment"];
     return fmt::format(kSuite, tests + errors, failures, errors,
-                       markup_text(environment["version"]),
-                       fmt::join(environment["simd"].get<std::vector<std::string>>(), ", "),
+                       markup_text(environment["version"]), simd_text(environment),
                        markup_text(scene["device"]), markup_text(environment["command"]), cases);
 }
 
@@ -316,7 +334,8 @@ std::string run_text(const Json& report) {
     for (const Json& scene : report["scenes"]) {
         if (scene["rows"].empty() && scene["queries"].empty()) continue;
         if (report["scenes"].size() > 1) text += escape(scene["spec"].get<std::string>()) + "\n\n";
-        text += scene_text(scene) + '\n';
+        constexpr std::size_t kMostDetails = 8;
+        text += scene_text(scene, kMostDetails) + '\n';
     }
     return text + report["verdict"].get<std::string>() + '\n';
 }
@@ -336,13 +355,33 @@ std::string to_junit(const Json& report) {
 }
 
 std::string to_html(const Json& report) {
+    std::string scenes;
+    for (const Json& scene : report["scenes"]) {
+        scenes += fmt::format("<h2>{}</h2>\n", markup_text(scene["scene"]));
+        std::string text = scene["error"];
+        for (const Json& warning : scene["warnings"]) text += '\n' + warning.get<std::string>();
+        if (!scene["frames"].empty())
+            text += fmt::format("\n{} triangles, {} vertices; {}x{} pixels; frames {}\n\n{}",
+                                scene["triangles"].dump(), scene["vertices"].dump(),
+                                scene["width"].dump(), scene["height"].dump(),
+                                fmt::join(scene["frames"].get<std::vector<double>>(), ", "),
+                                scene_text(scene, kDescribedRows));
+        scenes += fmt::format("<pre>{}</pre>\n", markup_text(text));
+    }
+    const Json& environment = report["environment"];
+    std::string about = fmt::format(
+        "{}\nmorphray {}; instruction sets: {}", environment["command"].get<std::string>(),
+        environment["version"].get<std::string>(), simd_text(environment));
+    for (const Json& device : environment["devices"])
+        about += fmt::format("\ndevice {}: {}, driver {}, Vulkan {}", device["index"].dump(),
+                             device["name"].get<std::string>(), device["driver"].get<std::string>(),
+                             device["api"].get<std::string>());
     std::string json = json_text(report, -1);
     // No "<" may end the element or begin a comment.
     for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
         json.replace(at, 1, "\\u003c");
-    constexpr std::string_view kPlace = "{{report}}";
-    std::string page = kPage;
-    return page.replace(page.find(kPlace), kPlace.size(), json);
+    return fmt::format(kPage, markup_text(report["verdict"]),
+                       report["equal"] ? "equal" : "different", scenes, markup_text(about), json);
 }
 
 }  // namespace mray::app

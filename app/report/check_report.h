@@ -39,17 +39,17 @@ struct QueryDifference {
 };
 
 /// A report before the first scene. It has each scene of the options, as not complete.
-Json empty_report(const CrosscheckOptions& options);
+Json empty_report(const Options& options);
 
 // Each adds a comparison to the report, with a "title", and if it differs with a "message".
 
 /// The first hundred images that differ get "details": differing pixels, and commands to trace
 /// them.
-void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
+void add_images(Json& scene, const Options& options, const CheckedImage& image,
                 const Frame& expected, const Frame& actual);
 void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t vulkan_hash);
 /// The answers about options.query_count rays and as many points.
-void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
+void add_answers(Json& scene, const Options& options, const CheckedImage& image,
                  const std::vector<QueryDifference>& differences);
 
 inline constexpr const char* kResults[] = {"rows", "trees", "queries"};
@@ -66,7 +66,7 @@ std::string run_text(const Json& report);
 /// A test suite a scene, with a test case a result, or one <error> if it was not finished.
 std::string to_junit(const Json& report);
 
-/// HTML that needs no other file and no network, around the JSON of the report.
+/// HTML that needs no other file, script or network. It has the JSON of the report, too.
 std::string to_html(const Json& report);
 
 }  // namespace mray::app

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "common/frame_times.h"
 #include "common/version.h"
 #include "morphray/device.hpp"
 #include "scenes/animation.h"
@@ -30,16 +29,6 @@ inline Json head_of(const char* command, const Animation& animation) {
             {"scene", animation.name()},
             {"triangles", animation.topology().triangles.size()},
             {"vertices", animation.topology().vertex_count}};
-}
-
-inline void add_times(Json& json, const FrameTimes& times) {
-    json["deform_ms"] = times.deform_ms;
-    json["upload_ms"] = times.update.upload_ms;
-    json["refit_ms"] = times.update.refit_ms;
-    json["decide_ms"] = times.update.decide_ms;
-    json["restructure_ms"] = times.update.restructure_ms;
-    json["rebuild_ms"] = times.update.rebuild_ms;
-    json["trace_ms"] = times.trace_ms;
 }
 
 inline Json of(const morphray::VulkanDeviceInfo& device) {

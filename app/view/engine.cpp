@@ -17,12 +17,13 @@ DifferenceImage difference_of(const TracedPane& first, const TracedPane& second)
     return image;
 }
 
-std::string pixel_text(const PixelProbe& probe) {
-    std::string text = fmt::format("pixel {},{}, frame {}\n", probe.request.pixel.x,
-                                   probe.request.pixel.y, probe.request.image.frame);
-    for (std::size_t i = 0; i < probe.hits.size(); ++i) {
-        const morphray::Hit& hit = probe.hits[i];
-        text += probe.devices[i] + "\n";
+std::string pixel_text(const TracedImage& image) {
+    const Pixel& pixel = *image.request.pixel;
+    std::string text =
+        fmt::format("pixel {},{}, frame {}\n", pixel.x, pixel.y, image.request.frame);
+    for (const TracedPane& pane : image.panes) {
+        const morphray::Hit& hit = pane.hit;
+        text += pane.device + "\n";
         if (!hit) {
             text += "  miss\n";
             continue;
@@ -33,11 +34,11 @@ std::string pixel_text(const PixelProbe& probe) {
              {std::pair("t", hit.t), std::pair("u", hit.u), std::pair("v", hit.v)})
             text += fmt::format("  {} {:<17} {:.9g}\n", name, hex_text(x), x);
     }
-    if (probe.hits.size() < 2) return text;
-    return text + (probe.hits[0] == probe.hits[1] ? "equal bit by bit\n" : "DIFFERENT\n");
+    if (image.panes.size() < 2) return text;
+    return text + (image.panes[0].hit == image.panes[1].hit ? "equal bit by bit\n" : "DIFFERENT\n");
 }
 
-Engine::Engine(const ImageOptions& options, const Animation& animation, const Messages& messages,
+Engine::Engine(const Options& options, const Animation& animation, const Messages& messages,
                std::function<void()> on_result)
     : options_(options),
       animation_(animation),
@@ -55,18 +56,14 @@ Engine::~Engine() {
     thread_.join();
 }
 
-template <class Request>
-void Engine::ask(std::optional<Request>& next, Request request) {
+void Engine::post(ImageRequest request) {
     {
         const std::scoped_lock lock(mutex_);
-        next = std::move(request);
+        next_ = std::move(request);
         if (is_refining_) cancel_ = true;
     }
     wakes_.notify_one();
 }
-
-void Engine::post(ImageRequest request) { ask(next_image_, std::move(request)); }
-void Engine::probe(ProbeRequest request) { ask(next_probe_, std::move(request)); }
 
 std::unique_ptr<TracedImage> Engine::take() {
     const std::scoped_lock lock(mutex_);
@@ -74,32 +71,20 @@ std::unique_ptr<TracedImage> Engine::take() {
     return std::move(image_);
 }
 
-std::optional<PixelProbe> Engine::take_probe() {
-    const std::scoped_lock lock(mutex_);
-    return std::exchange(probe_, std::nullopt);
-}
-
-/// Waits for work. Returns false when the engine stops.
-bool Engine::next(std::optional<ImageRequest>& image, std::optional<ProbeRequest>& probe) {
+/// Waits for a request. Returns nothing when the engine stops.
+std::optional<ImageRequest> Engine::next() {
     std::unique_lock lock(mutex_);
     is_refining_ = false;
-    wakes_.wait(lock, [&] { return stops_ || next_image_ || next_probe_; });
-    if (stops_) return false;
-    probe = std::exchange(next_probe_, std::nullopt);
-    image = std::exchange(next_image_, std::nullopt);
-    is_refining_ = image && image->is_refined();
+    wakes_.wait(lock, [&] { return stops_ || next_; });
+    if (stops_) return std::nullopt;
+    is_refining_ = next_->is_refined();
     cancel_ = false;
-    return true;
+    return std::exchange(next_, std::nullopt);
 }
 
 void Engine::run() {
     try {
-        std::optional<ImageRequest> image;
-        std::optional<ProbeRequest> probe;
-        while (next(image, probe)) {
-            if (probe) answer(*probe);
-            if (image) trace(*image);
-        }
+        while (const std::optional<ImageRequest> request = next()) trace(*request);
     } catch (...) {
         const std::scoped_lock lock(mutex_);
         failure_ = std::current_exception();
@@ -113,7 +98,7 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
     BackendScene& traced = scenes_[{backend, ground}];
     const bool is_new = !traced.scene || traced.update != request.update;
     if (is_new) {
-        ImageOptions options = options_;
+        Options options = options_;
         options.backend.choice = backend;
         options.tree.update = request.update;
         options.tree.record_cost_ratio = true;
@@ -135,17 +120,26 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
 TracedPane Engine::trace(const ImageRequest& request, BackendChoice backend) {
     BackendScene& traced = follow(request, backend);
     morphray::View view = request.view;
-    view.hits = false;
+    view.hits = request.pixel.has_value();
     view.cancel = &cancel_;
+    if (request.pixel) {
+        view.shading = morphray::Shading::plain;
+        view.rays = morphray::Rays::primary;
+        view.samples = 1;
+        view.ao_count = 1;
+    }
     traced.scene->render(view, traced.image);
+    const std::size_t index =
+        request.pixel ? std::size_t{request.pixel->y} * view.width + request.pixel->x : 0;
     return {.device = traced.scene->scene().device().description(),
             .width = traced.image.width,
             .height = traced.image.height,
             .pixels = std::move(traced.image.pixels),
             .rays = traced.image.ray_count,
-            .deform_ms = traced.scene->times().deform_ms,
+            .deform_ms = traced.scene->deform_ms(),
             .trace_ms = traced.image.trace_ms,
-            .update = traced.scene->update()};
+            .update = traced.scene->update(),
+            .hit = request.pixel ? traced.image.hits[index] : morphray::Hit{}};
 }
 
 void Engine::trace(const ImageRequest& request) {
@@ -159,12 +153,7 @@ void Engine::trace(const ImageRequest& request) {
             image->boxes = call_library([&] { return scene.scene().tree_boxes(depth); });
         }
     } catch (const Error& error) {
-        if (error.kind() == ErrorKind::kCancelled) {
-            // If a probe was the reason, the image is still wanted.
-            const std::scoped_lock lock(mutex_);
-            if (!next_image_) next_image_ = request;
-            return;
-        }
+        if (error.kind() == ErrorKind::kCancelled) return;
         if (!has_traced_ || error.kind() == ErrorKind::kDeviceLost) throw;
         image->panes.clear();
         image->error = error.what();
@@ -177,35 +166,6 @@ void Engine::trace(const ImageRequest& request) {
     {
         const std::scoped_lock lock(mutex_);
         image_ = std::move(image);
-    }
-    on_result_();
-}
-
-void Engine::answer(const ProbeRequest& request) {
-    PixelProbe probe{request, {}, {}};
-    try {
-        morphray::View view = request.image.view;
-        view.shading = morphray::Shading::plain;
-        view.rays = morphray::Rays::primary;
-        view.samples = 1;
-        view.ao_count = 1;
-        view.cancel = &interrupt_flag();
-        for (const BackendChoice backend : request.image.backends) {
-            BackendScene& traced = follow(request.image, backend);
-            morphray::Image image;
-            traced.scene->render(view, image);
-            probe.devices.push_back(traced.scene->scene().device().description());
-            probe.hits.push_back(
-                image.hits[std::size_t{request.pixel.y} * image.width + request.pixel.x]);
-        }
-    } catch (const Error& error) {
-        if (error.kind() == ErrorKind::kDeviceLost) throw;
-        // The image of the same request says what is wrong.
-        return;
-    }
-    {
-        const std::scoped_lock lock(mutex_);
-        probe_ = std::move(probe);
     }
     on_result_();
 }

@@ -18,11 +18,13 @@ struct TracedPane {
     std::string device;
     std::uint32_t width = 0;
     std::uint32_t height = 0;
-    std::vector<std::uint32_t> pixels;
+    std::vector<std::uint32_t> pixels = {};
     std::uint64_t rays = 0;
     double deform_ms = 0;
     double trace_ms = 0;
-    morphray::Update update;
+    morphray::Update update = {};
+    /// Of the pixel that was asked for; t is in world space along the view.
+    morphray::Hit hit = {};
 };
 
 struct TracedImage {
@@ -42,26 +44,15 @@ struct DifferenceImage {
 };
 DifferenceImage difference_of(const TracedPane& first, const TracedPane& second);
 
-struct ProbeRequest {
-    ImageRequest image;
-    Pixel pixel;
-};
-
-/// The hits of a pixel, one for each backend of the image, their t in world space along the view.
-struct PixelProbe {
-    ProbeRequest request;
-    std::vector<std::string> devices;
-    std::vector<morphray::Hit> hits;
-};
 /// For each backend triangle, t, u and v in both digits; with two, whether they are equal.
-std::string pixel_text(const PixelProbe& probe);
+std::string pixel_text(const TracedImage& image);
 
-/// Only the newest request counts: it replaces a waiting one and cancels a refinement, as a probe
-/// does. All members may be called from one thread while the engine works in its own.
+/// Only the newest request counts: it replaces a waiting one and cancels a refinement. All members
+/// may be called from one thread while the engine works in its own.
 class Engine {
 public:
     /// Calls `on_result` in its thread when there is something to take. Arguments must outlive it.
-    Engine(const ImageOptions& options, const Animation& animation, const Messages& messages,
+    Engine(const Options& options, const Animation& animation, const Messages& messages,
            std::function<void()> on_result);
     /// Cancels, and waits for the thread.
     ~Engine();
@@ -69,11 +60,9 @@ public:
     Engine& operator=(const Engine&) = delete;
 
     void post(ImageRequest request);
-    void probe(ProbeRequest request);
-    /// The newest image since the last call, or null. Throws the loss of a device, or any error
+    /// The newest answer since the last call, or null. Throws the loss of a device, or any error
     /// before the first image.
     std::unique_ptr<TracedImage> take();
-    std::optional<PixelProbe> take_probe();
 
 private:
     /// The animation on one backend, at the frame of the last request.
@@ -85,16 +74,13 @@ private:
         morphray::Image image;
     };
 
-    template <class Request>
-    void ask(std::optional<Request>& next, Request request);
     void run();
-    bool next(std::optional<ImageRequest>& image, std::optional<ProbeRequest>& probe);
+    std::optional<ImageRequest> next();
     void trace(const ImageRequest& request);
     TracedPane trace(const ImageRequest& request, BackendChoice backend);
-    void answer(const ProbeRequest& request);
     BackendScene& follow(const ImageRequest& request, BackendChoice backend);
 
-    const ImageOptions& options_;
+    const Options& options_;
     const Animation& animation_;
     const Messages& messages_;
     std::function<void()> on_result_;
@@ -105,13 +91,11 @@ private:
 
     std::mutex mutex_;
     std::condition_variable wakes_;
-    std::optional<ImageRequest> next_image_;
-    std::optional<ProbeRequest> next_probe_;
+    std::optional<ImageRequest> next_;
     /// Whether the image in progress is one that a newer request cancels.
     bool is_refining_ = false;
     std::atomic<bool> cancel_ = false;
     std::unique_ptr<TracedImage> image_;
-    std::optional<PixelProbe> probe_;
     std::exception_ptr failure_;
     std::thread thread_;
 };

@@ -77,21 +77,21 @@ bool ImageRequest::operator==(const ImageRequest& other) const {
         const morphray::View& v = r.view;
         return std::tie(r.frame, v.eye, v.target, v.up, v.fov, v.light, v.width, v.height, v.rays,
                         v.shading, v.samples, v.flat, v.ao_count, v.ao_distance, r.update,
-                        r.backends, r.box_depth);
+                        r.backends, r.box_depth, r.pixel);
     };
     return tied(*this) == tied(other);
 }
 
-ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame) {
-    const morphray::View view = world_view(options.image.view, animation);
+ViewState initial_state(const Options& options, const Animation& animation, double frame) {
+    const morphray::View view = world_view(options.view, animation);
     return {.playback = {.first = animation.first_frame(),
                          .last = animation.last_frame(),
                          .frame = frame,
                          .playing = options.plays},
             .camera = Camera(view),
             .view = view,
-            .update = options.image.tree.update,
-            .backend = options.image.backend.choice};
+            .update = options.tree.update,
+            .backend = options.backend.choice};
 }
 
 int last_step(const ViewState& state) {

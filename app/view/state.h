@@ -56,6 +56,8 @@ struct ImageRequest {
     std::vector<BackendChoice> backends;
     /// The depth of the boxes that are wanted from the first backend's tree; below 0 for none.
     int box_depth = -1;
+    /// Asks for the hits of this pixel instead of the image.
+    std::optional<Pixel> pixel = {};
 
     bool operator==(const ImageRequest& other) const;
 
@@ -78,7 +80,7 @@ struct ViewState {
 };
 
 /// The state at the start. Throws Error for an impossible view.
-ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame);
+ViewState initial_state(const Options& options, const Animation& animation, double frame);
 
 /// The steps from a fast image, 0, by ambient occlusion and 4 and 16 samples to the one wanted.
 int last_step(const ViewState& state);

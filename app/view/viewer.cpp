@@ -24,8 +24,8 @@ namespace {
                 what, reason != nullptr ? reason : "no reason given");
 }
 
-/// The one window of the program, used by the main thread alone: an image and lines with OpenGL,
-/// and Dear ImGui over them.
+/// The one window of the program, used by the main thread alone: Dear ImGui, with an image behind
+/// it, and lines of OpenGL over both.
 class Window {
 public:
     /// Throws Error(kUnavailable) without a display or without OpenGL 2.1.
@@ -34,14 +34,6 @@ public:
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 1);
         glfwWindowHint(GLFW_DEPTH_BITS, 0);
         glfwWindowHint(GLFW_STENCIL_BITS, 0);
-        int left = 0;
-        int top = 0;
-        int room_x = width;
-        int room_y = height;
-        if (GLFWmonitor* const monitor = glfwGetPrimaryMonitor())
-            glfwGetMonitorWorkarea(monitor, &left, &top, &room_x, &room_y);
-        width = std::min(width, room_x);
-        height = std::min(height, room_y);
         window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
         if (window_ == nullptr) fail("no window can be opened");
         glfwSetWindowSizeLimits(window_, 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
@@ -82,24 +74,13 @@ public:
     /// The keys that went down since the last call, in order: also those that are up again.
     std::vector<KeyPress> take_keys() { return std::exchange(keys_, {}); }
 
-    /// Sizes are in screen coordinates.
-    float width() const {
+    /// In screen coordinates.
+    ImVec2 size() const {
         int width = 0;
-        glfwGetWindowSize(window_, &width, nullptr);
-        return static_cast<float>(width);
-    }
-    float height() const {
         int height = 0;
-        glfwGetWindowSize(window_, nullptr, &height);
-        return static_cast<float>(height);
+        glfwGetWindowSize(window_, &width, &height);
+        return {static_cast<float>(width), static_cast<float>(height)};
     }
-    /// Screens of high density have several pixels a screen coordinate.
-    float pixel_scale() const {
-        int pixels = 0;
-        glfwGetFramebufferSize(window_, &pixels, nullptr);
-        return width() > 0 ? static_cast<float>(pixels) / width() : 1.0f;
-    }
-
     /// 8-bit RGBA pixels from the top, and the ends of lines over them, in clip space of the image.
     void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
                    std::vector<glm::vec4> line_ends) {
@@ -128,7 +109,13 @@ public:
         ImGui::NewFrame();
     }
 
-    /// Draws the image in the left part, of this width, under Dear ImGui's frame; presents both.
+    /// The image in the left part, of this width.
+    void draw_image(ImDrawList& list, float width) const {
+        const auto id = reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture_));
+        if (has_image_) list.AddImage(id, {0, 0}, {width, size().y});
+    }
+
+    /// Draws Dear ImGui's frame, and lines over the image; presents both.
     void end_frame(float image_width) {
         ImGui::Render();
         int width = 0;
@@ -137,14 +124,11 @@ public:
         glViewport(0, 0, width, height);
         glClearColor(0.06f, 0.065f, 0.07f, 1);
         glClear(GL_COLOR_BUFFER_BIT);
-        glMatrixMode(GL_PROJECTION);
-        glLoadIdentity();
-        // Screen coordinates, downwards.
-        glOrtho(0, this->width(), this->height(), 0, -1, 1);
-        glMatrixMode(GL_MODELVIEW);
-        glLoadIdentity();
-        if (has_image_) draw_image(image_width);
         ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
+        // The viewport becomes the image.
+        const float part = image_width / std::max(size().x, 1.0f);
+        glViewport(0, 0, static_cast<GLsizei>(part * static_cast<float>(width)), height);
+        draw_lines();
         glfwSwapBuffers(window_);
     }
 
@@ -162,30 +146,9 @@ private:
         ~Library() { glfwTerminate(); }
     };
 
-    Library library_;
-    void draw_image(float width) const {
-        const float height = this->height();
-        glEnable(GL_TEXTURE_2D);
-        glBindTexture(GL_TEXTURE_2D, texture_);
-        glTexEnvi(GL_TEXTURE_ENV, GL_TEXTURE_ENV_MODE, GL_REPLACE);
-        glBegin(GL_QUADS);
-        for (const auto& [x, y] :
-             {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)}) {
-            glTexCoord2i(x, y);
-            glVertex2f(static_cast<float>(x) * width, static_cast<float>(y) * height);
-        }
-        glEnd();
-        glDisable(GL_TEXTURE_2D);
-        if (line_ends_.empty()) return;
-        // The viewport becomes the image.
-        const float scale = pixel_scale();
-        glPushAttrib(GL_VIEWPORT_BIT | GL_ENABLE_BIT | GL_COLOR_BUFFER_BIT);
-        glViewport(0, 0, static_cast<GLsizei>(width * scale), static_cast<GLsizei>(height * scale));
+    void draw_lines() const {
         glEnable(GL_BLEND);
         glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-        glMatrixMode(GL_PROJECTION);
-        glPushMatrix();
-        glLoadIdentity();
         glEnableClientState(GL_VERTEX_ARRAY);
         glVertexPointer(4, GL_FLOAT, 0, line_ends_.data());
         glEnableClientState(GL_COLOR_ARRAY);
@@ -193,10 +156,10 @@ private:
         glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(line_ends_.size()));
         glDisableClientState(GL_COLOR_ARRAY);
         glDisableClientState(GL_VERTEX_ARRAY);
-        glPopMatrix();
-        glPopAttrib();
+        glDisable(GL_BLEND);
     }
 
+    Library library_;
     GLFWwindow* window_ = nullptr;
     std::vector<KeyPress> keys_;
     unsigned texture_ = 0;
@@ -277,9 +240,9 @@ void draw_tree(ViewState& state) {
 }
 
 std::string figures(const TracedImage& image) {
-    std::string text = fmt::format("{}x{}, {} sample{} a pixel\n", image.request.view.width,
-                                   image.request.view.height, image.request.view.samples,
-                                   image.request.view.samples == 1 ? "" : "s");
+    const morphray::View& view = image.request.view;
+    std::string text = fmt::format("{}x{}, {} sample{} a pixel\n", view.width, view.height,
+                                   view.samples, view.samples == 1 ? "" : "s");
     for (const TracedPane& pane : image.panes)
         text += fmt::format(
             "{}\n  deform {:.2f} ms\n  update {:.2f} ms, {}, SAH ratio {:.2f}\n"
@@ -330,27 +293,25 @@ constexpr double kIdleSeconds = 0.1;
 /// Samples of an image that is refined by itself: they take 1.6 GB.
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 25;
 
-std::uint32_t pixels_of(float length, float scale) {
-    return static_cast<std::uint32_t>(std::max(std::lround(length * scale), 1L));
+std::uint32_t pixels_of(float length) {
+    return static_cast<std::uint32_t>(std::max(std::lround(length), 1L));
 }
 
 /// The engine traces the next image while this one is drawn, and no call waits for it.
 class Viewer {
 public:
-    Viewer(const ViewOptions& options, const Messages& messages)
+    Viewer(const Options& options, const Messages& messages)
         : options_(options),
-          animation_(open_animation(options_.image.source, messages)),
-          state_(initial_state(
-              options_, *animation_,
-              select_frame(options_.frame, options_.image.tree.build_at, *animation_))),
+          animation_(open_animation(options_.source, messages)),
+          state_(initial_state(options_, *animation_, select_frame(options_, *animation_))),
           first_camera_(state_.camera),
           window_("morphray view " + escape(animation_->name()),
                   static_cast<int>(state_.view.width) + kPanelWidth,
                   static_cast<int>(state_.view.height)),
-          engine_(options_.image, *animation_, messages, glfwPostEmptyEvent) {
+          engine_(options_, *animation_, messages, glfwPostEmptyEvent) {
         if (!options_.screenshot.empty()) return;
         // The screen may be smaller than the window that was asked for.
-        take_size(options_.image.view);
+        take_size(options_.view);
         const double frame = state_.playback.frame;
         state_ = initial_state(options_, *animation_, frame);
         first_camera_ = state_.camera;
@@ -363,16 +324,15 @@ public:
 
 private:
     float panel_width() const { return state_.shows_panel ? kPanelWidth : 0; }
-    float image_width() const { return std::max(window_.width() - panel_width(), 1.0f); }
+    float image_width() const { return std::max(window_.size().x - panel_width(), 1.0f); }
 
     bool step() {
         glfwWaitEventsTimeout(kIdleSeconds);
         if (window_.closes()) return false;
         const bool is_new = take_image();
         if (is_done_) return false;
-        if (std::optional<PixelProbe> probe = engine_.take_probe()) pixel_ = std::move(probe);
         window_.begin_frame();
-        const float height = window_.height();
+        const float height = window_.size().y;
         const InputActions actions =
             apply_input(height, window_.take_keys(), first_camera_, state_);
         const double now = glfwGetTime();
@@ -380,12 +340,12 @@ private:
         // A screenshot has the size of the options.
         if (options_.screenshot.empty()) {
             take_size(state_.view);
-            const float scale = window_.pixel_scale();
             if (actions.clicked) {
                 const auto [x, y] = *actions.clicked;
-                const Pixel pixel = {std::min(pixels_of(x, scale), state_.view.width) - 1,
-                                     std::min(pixels_of(y, scale), state_.view.height) - 1};
-                engine_.probe({request_of(state_, 0), pixel});
+                asked_ = request_of(state_, 0);
+                asked_->pixel = Pixel{std::min(pixels_of(x), state_.view.width) - 1,
+                                      std::min(pixels_of(y), state_.view.height) - 1};
+                engine_.post(*asked_);
             }
         }
         // The next image is traced while this one is drawn.
@@ -407,17 +367,19 @@ private:
     }
 
     void take_size(morphray::View& view) const {
-        view.width = pixels_of(image_width(), window_.pixel_scale());
-        view.height = pixels_of(window_.height(), window_.pixel_scale());
+        view.width = pixels_of(image_width());
+        view.height = pixels_of(window_.size().y);
     }
 
     /// Asks for the first image of a state that has changed, and for a better one when it is still.
     void post(double now) {
+        if (asked_) return;
         // A screenshot shows the complete image, so coarser ones are left out.
         const int first = options_.screenshot.empty() ? 0 : last_step(state_);
         ImageRequest fresh = request_of(state_, first);
         if (step_ < 0 || fresh != first_request_) {
             first_request_ = std::move(fresh);
+            pixel_.reset();
             posted_ = first_request_;
             step_ = first;
             changed_at_ = now;
@@ -437,8 +399,14 @@ private:
     bool take_image() {
         std::unique_ptr<TracedImage> image = engine_.take();
         if (!image) return false;
+        if (image->request.pixel) {
+            if (image->request == asked_) asked_.reset();
+            if (image->error.empty()) pixel_ = std::move(image);
+            // It may have taken the place of an image.
+            if (step_ >= 0 && !is_answered_) engine_.post(posted_);
+            return false;
+        }
         if (image->request == posted_) is_answered_ = true;
-        message_ = image->error;
         image_ = std::move(image);
         if (!options_.screenshot.empty() && is_answered_ && !image_->panes.empty()) {
             const TracedPane& pane = image_->panes.front();
@@ -449,18 +417,17 @@ private:
         return true;
     }
 
-    void draw_label() const {
+    void draw_label(ImDrawList& list) const {
         const std::string text =
             fmt::format("difference of CPU and Vulkan: {} pixels differ (white)", *different_);
         const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-        ImDrawList& list = *ImGui::GetBackgroundDrawList();
         list.AddRectFilled({4, 4}, {12 + size.x, 12 + size.y}, 0xFF404040u);
         list.AddText({8, 8}, 0xFFFFFFFFu, text.c_str());
     }
 
     void draw_panel(const std::string& pixel) {
         ImGui::SetNextWindowPos({image_width(), 0});
-        ImGui::SetNextWindowSize({panel_width(), window_.height()});
+        ImGui::SetNextWindowSize({panel_width(), window_.size().y});
         ImGui::Begin("panel", nullptr,
                      ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                          ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
@@ -478,7 +445,7 @@ private:
         ImGui::PushTextWrapPos();
         const std::string scale =
             image_ && !image_->scale.empty() ? image_->scale + '\n' : std::string();
-        const std::string facts = image_ ? figures(*image_) + scale + message_
+        const std::string facts = image_ ? figures(*image_) + scale + image_->error
                                          : fmt::format("building the tree, {} triangles",
                                                        animation_->topology().triangles.size());
         ImGui::TextUnformatted(facts.c_str());
@@ -497,22 +464,21 @@ private:
     void draw() {
         const float width = image_width();
         std::string pixel;
-        // The pixel that was clicked on is shown until the image is another one.
-        if (pixel_ && pixel_->request.image == first_request_) {
+        ImDrawList& list = *ImGui::GetBackgroundDrawList();
+        window_.draw_image(list, width);
+        if (pixel_) {
             pixel = pixel_text(*pixel_);
-            const float scale = window_.pixel_scale();
-            const float x = (static_cast<float>(pixel_->request.pixel.x) + 0.5f) / scale;
-            const float y = (static_cast<float>(pixel_->request.pixel.y) + 0.5f) / scale;
-            ImDrawList& list = *ImGui::GetBackgroundDrawList();
+            const float x = static_cast<float>(pixel_->request.pixel->x) + 0.5f;
+            const float y = static_cast<float>(pixel_->request.pixel->y) + 0.5f;
             list.AddRect({x - 4, y - 4}, {x + 5, y + 5}, 0xFF000000u);
             list.AddRect({x - 3, y - 3}, {x + 4, y + 4}, 0xFFFFFFFFu);
         }
-        if (different_) draw_label();
+        if (different_) draw_label(list);
         if (state_.shows_panel) draw_panel(pixel);
         window_.end_frame(width);
     }
 
-    ViewOptions options_;
+    Options options_;
     std::unique_ptr<Animation> animation_;
     ViewState state_;
     Camera first_camera_;
@@ -522,8 +488,10 @@ private:
 
     std::unique_ptr<TracedImage> image_;
     std::optional<std::uint64_t> different_;
-    std::optional<PixelProbe> pixel_;
-    std::string message_;
+    /// The pixel that was clicked on, until the image is another one.
+    std::unique_ptr<TracedImage> pixel_;
+    /// The request about a pixel that is not answered yet.
+    std::optional<ImageRequest> asked_;
 
     /// The request in progress or answered last, its step, and whether it is answered.
     ImageRequest posted_;
@@ -537,7 +505,7 @@ private:
 
 }  // namespace
 
-void show_scene(const ViewOptions& options, const Messages& messages) {
+void show_scene(const Options& options, const Messages& messages) {
     Viewer(options, messages).run();
 }
 

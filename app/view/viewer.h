@@ -23,6 +23,6 @@ InputActions apply_input(float height, std::span<const KeyPress> keys, const Cam
                          ViewState& state);
 
 /// Opens a window until it is closed or its screenshot is written. Throws Error.
-void show_scene(const ViewOptions& options, const Messages& messages);
+void show_scene(const Options& options, const Messages& messages);
 
 }  // namespace mray::app

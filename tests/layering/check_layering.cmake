@@ -68,8 +68,8 @@ set(places
     "^pybind11/"                "^library/python/module/"
     "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|(tests/)?common/bvh/exact_closest|lab/accuracy/|tests/common/interop/refined_hit_test|scenes/polygons/triangulate\\.cpp$)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
-    # One source that reads JSON, and one header for writing it.
-    "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|tests/)"
+    # One source that reads JSON, one header for writing it, and what scripts are given.
+    "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|report/plot\\.cpp$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
     "^CLI/"                     "^(app/cli/|lab/bench/main\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
     "stb_image\\.h$"            "^$")

@@ -133,23 +133,6 @@ TEST(Crosscheck, ACameraThatSeesNothingFails) {
     EXPECT_EQ(crosscheck(away + " --queries 10").code, 0);
 }
 
-TEST(Crosscheck, FilesOfAPatternWithoutQuotesAreWarnedOf) {
-    TemporaryFolder folder;
-    const auto check = [&](const Words& scenes) {
-        const Outcome outcome =
-            run(words("crosscheck --backend cpu --simd off --size 8x8 --json -", scenes));
-        EXPECT_EQ(outcome.code, 0) << outcome.err;
-        return Json::parse(outcome.out)["scenes"][0]["warnings"];
-    };
-    const std::string first = folder.write("wave_001.obj", square_at(0));
-    const std::string second = folder.write("wave_002.obj", square_at(1));
-    const std::string other = folder.write("v2/wave_001.obj", square_at(1));
-    const Json warnings = check({first, second, other});
-    ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_TRUE(has(warnings[0].get<std::string>(), "wave_*.obj: warning: 2 files")) << warnings;
-    EXPECT_TRUE(check({first, other}).empty());
-}
-
 TEST(Crosscheck, JunitTellsScenesOfOneNameApart) {
     const Outcome outcome =
         run(words("crosscheck builtin:cloth:200 builtin:cloth:300 builtin:cloth:200 --backend cpu "

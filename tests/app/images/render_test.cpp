@@ -237,7 +237,7 @@ TEST(Render, FramesWithEqualNamesAreRefused) {
     folder.write("s/f_1.obj", square_at(1));
     const Outcome outcome = render(folder.file("s"), folder, {"--frames", "0..0.00001:0.0000001"});
     EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_TRUE(has(outcome.err, "larger step"));
+    EXPECT_TRUE(has(outcome.err, "two outputs go to "));
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
 }
 

@@ -189,14 +189,7 @@ TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
     }
 }
 
-TEST_F(TextureFiles, ImagesOfMorePixelsThanTheirBytesCanHoldAreRefusedByTheirHead) {
-    // 16384x16384, within all limits.
-    for (const std::string& bytes :
-         {png_of_size({"\0\0\x40\0\0\0\x40\0", 8}), jpeg_of_size({"\x40\0\x40\0", 4})}) {
-        EXPECT_EQ(test::kind_of([&] { read(bytes); }), ErrorKind::kBadInput);
-        EXPECT_TRUE(has(refusal(bytes), "it ends too early"));
-    }
-    // Few bytes that are enough.
+TEST_F(TextureFiles, FewBytesMayHaveManyPixels) {
     const Image black{4096, 4096, std::vector<std::uint32_t>(4096 * 4096)};
     const std::string png = bytes_of(encode_png(black));
     EXPECT_LT(png.size() * 200, black.pixels.size() * 4);
@@ -205,8 +198,8 @@ TEST_F(TextureFiles, ImagesOfMorePixelsThanTheirBytesCanHoldAreRefusedByTheirHea
 
 TEST_F(TextureFiles, ChunkOfMoreBytesThanTheFileIsRefused) {
     std::string png = png_file(4, 4, PNG_COLOR_TYPE_RGB, 8);
-    // A text between the head and the pixels, of 1.5 GB.
-    png.insert(33, std::string("\x5B\0\0\x0FzTXta\0\0x", 12));
+    // A text between the head and the pixels, of 128 MB.
+    png.insert(33, std::string("\x08\0\0\x0FzTXta\0\0x", 12));
     EXPECT_EQ(test::kind_of([&] { read(png); }), ErrorKind::kBadInput);
     EXPECT_TRUE(has(refusal(png), "it ends too early"));
 }

@@ -95,14 +95,14 @@ TEST(Playback, StepsByWholeFrames) {
     EXPECT_EQ(playback.frame, 0);
 }
 
-ViewOptions view_options(std::vector<std::string> more) {
+Options view_options(std::vector<std::string> more) {
     std::vector<std::string> line = {"view", "builtin:cloth:500", "--backend", "cpu"};
     line.insert(line.end(), more.begin(), more.end());
-    return std::get<ViewOptions>(*parse_command_line(line).options);
+    return *parse_command_line(line).options;
 }
 
-ViewState state_of(const ViewOptions& options) {
-    const std::unique_ptr<Animation> animation = open_scene(options.image.source.scene, {});
+ViewState state_of(const Options& options) {
+    const std::unique_ptr<Animation> animation = open_scene(options.source.scene, {});
     return initial_state(options, *animation, 3);
 }
 
@@ -126,7 +126,7 @@ TEST(ViewState, RefinesFromOneSampleWithoutAmbientOcclusion) {
 }
 
 TEST(ViewState, AnImpossibleViewIsRefused) {
-    const ViewOptions options = view_options({"--eye", "1,1,1", "--target", "1,1,1"});
+    const Options options = view_options({"--eye", "1,1,1", "--target", "1,1,1"});
     EXPECT_THROW(state_of(options), Error);
 }
 
@@ -161,11 +161,12 @@ TEST(DepthRange, IsThatOfTheCornersBeforeTheEye) {
 }
 
 TEST(PixelText, SaysWhatEachBackendHits) {
-    PixelProbe probe{.request = {.image = {}, .pixel = {5, 7}}, .devices = {"a", "b"}, .hits = {}};
-    probe.hits.resize(2);
-    EXPECT_EQ(pixel_text(probe), "pixel 5,7, frame 0\na\n  miss\nb\n  miss\nequal bit by bit\n");
-    probe.hits[1] = {.t = 2.5f, .u = 0, .v = 0, .prim_id = 12, .geom_id = 0};
-    const std::string text = pixel_text(probe);
+    TracedImage image;
+    image.request.pixel = {5, 7};
+    image.panes = {{.device = "a"}, {.device = "b"}};
+    EXPECT_EQ(pixel_text(image), "pixel 5,7, frame 0\na\n  miss\nb\n  miss\nequal bit by bit\n");
+    image.panes[1].hit = {.t = 2.5f, .u = 0, .v = 0, .prim_id = 12, .geom_id = 0};
+    const std::string text = pixel_text(image);
     EXPECT_TRUE(test::has(text, "b\n  triangle 12\n  t 0x1.4p+1          2.5\n"));
     EXPECT_TRUE(text.ends_with("DIFFERENT\n")) << text;
 }
@@ -191,13 +192,11 @@ TEST(BoxLines, AreTheEdgesOfWhatIsBeforeTheEye) {
 class EngineTest : public testing::Test {
 protected:
     explicit EngineTest(const std::string& scene = "builtin:cloth:2000")
-        : given_(std::get<ViewOptions>(
-              *parse_command_line(
-                   std::vector<std::string>{"view", scene, "--backend", "cpu", "--size", "64x48"})
-                   .options)),
-          options_(given_.image),
+        : options_(*parse_command_line(std::vector<std::string>{"view", scene, "--backend", "cpu",
+                                                                "--size", "64x48"})
+                        .options),
           animation_(open_scene(scene, {})),
-          state_(initial_state(given_, *animation_, 2)) {
+          state_(initial_state(options_, *animation_, 2)) {
         start();
     }
 
@@ -224,8 +223,7 @@ protected:
         return wait_for(request);
     }
 
-    ViewOptions given_;
-    ImageOptions options_;
+    Options options_;
     std::unique_ptr<Animation> animation_;
     ViewState state_;
     Messages messages_;
@@ -255,24 +253,22 @@ TEST_F(EngineTest, TheNewestRequestIsAnswered) {
     EXPECT_EQ(trace(request_of(state_, 1))->error, "");
 }
 
-TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
-    const ImageRequest request = request_of(state_, 0);
-    engine_->probe({request, {32, 24}});
-    trace(request);
-    const std::optional<PixelProbe> probe = engine_->take_probe();
-    ASSERT_TRUE(probe.has_value());
-    ASSERT_EQ(probe->hits.size(), 1u);
-    EXPECT_TRUE(probe->hits[0]);
+TEST_F(EngineTest, AskedAboutAPixelItAnswersWithItsHit) {
+    ImageRequest request = request_of(state_, 0);
+    EXPECT_FALSE(trace(request)->panes.at(0).hit);
+    request.pixel = {32, 24};
+    EXPECT_TRUE(trace(request)->panes.at(0).hit);
+    request.pixel = {0, 0};
+    EXPECT_FALSE(trace(request)->panes.at(0).hit);
 }
 
-TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
+TEST_F(EngineTest, AQuestionAboutAPixelEndsARefinement) {
     state_.view.width = 600;
     state_.view.height = 400;
-    const ImageRequest request = request_of(state_, last_step(state_));
-    engine_->post(request);
-    engine_->probe({request, {300, 200}});
-    EXPECT_EQ(wait_for(request)->error, "");
-    EXPECT_TRUE(engine_->take_probe().has_value());
+    engine_->post(request_of(state_, last_step(state_)));
+    ImageRequest request = request_of(state_, 0);
+    request.pixel = {300, 200};
+    EXPECT_TRUE(trace(request)->panes.at(0).hit);
 }
 
 TEST_F(EngineTest, EndsWhileItTraces) {
