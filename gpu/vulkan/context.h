@@ -1,12 +1,7 @@
 // Commands of one backend, submitted to a device one batch at a time, and copies.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "gpu/vulkan/device.h"
 

@@ -118,20 +118,6 @@ bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
 
 /// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.
 std::string describe_1_1(PhysicalDevice& device) {
-    std::vector<VkExtensionProperties> extensions;
-    const VkResult listed =
-        read_list(extensions, [&](std::uint32_t* count, VkExtensionProperties* items) {
-            return vkEnumerateDeviceExtensionProperties(device.handle, nullptr, count, items);
-        });
-    check(listed, "list device extensions");
-    const auto has = [&](std::string_view name) {
-        return std::ranges::any_of(
-            extensions, [&](const auto& extension) { return name == extension.extensionName; });
-    };
-    const bool is_1_2 = device.info.api_major > 1 || device.info.api_minor >= 2;
-    const bool has_driver = is_1_2 || has(VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME);
-    const bool has_float_controls = is_1_2 || has(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
-
     VkPhysicalDeviceFloatControlsProperties floats = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES};
     VkPhysicalDeviceDriverProperties driver = {
@@ -142,8 +128,12 @@ std::string describe_1_1(PhysicalDevice& device) {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, .pNext = &maintenance};
     VkPhysicalDeviceIDProperties id = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES,
                                        .pNext = &subgroup};
-    if (has_driver) driver.pNext = std::exchange(id.pNext, &driver);
-    if (has_float_controls) floats.pNext = std::exchange(id.pNext, &floats);
+    // Vulkan 1.1 tells neither: then kernels demand nothing of floats.
+    const bool is_1_2 = device.info.api_major > 1 || device.info.api_minor >= 2;
+    if (is_1_2) {
+        driver.pNext = std::exchange(id.pNext, &driver);
+        floats.pNext = std::exchange(id.pNext, &floats);
+    }
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &id};
     vkGetPhysicalDeviceProperties2(device.handle, &properties);
@@ -153,14 +143,13 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.info.uuid = fmt::format("{:02x}", fmt::join(id.deviceUUID, ""));
     device.info.subgroup_size = subgroup.subgroupSize;
     device.info.prefers_texels = driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE;
-    if (has_driver) device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
+    if (is_1_2) device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
     if (has_unsound_width(driver, subgroup.subgroupSize)) {
         return "it crashes or gives wrong results with such a width of vectors; unset "
                "LP_NATIVE_VECTOR_WIDTH";
     }
     device.info.promises_floats = floats.shaderRoundingModeRTEFloat32 == VK_TRUE &&
                                   floats.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE;
-    device.needs_float_controls = device.info.promises_floats && !is_1_2;
     return "";
 }
 
@@ -315,24 +304,8 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     // The messenger in the chain receives messages from creation and destruction of the instance.
     const VkValidationFeatureEnableEXT enabled =
         VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
-    const void* chain = &messenger;
-#ifdef VK_EXT_layer_settings
-    // Layers with settings look for missing barriers between shaders only if asked.
-    const VkBool32 is_on = VK_TRUE;
-    const VkLayerSettingEXT setting = {.pLayerName = kValidationLayer,
-                                       .pSettingName = "syncval_shader_accesses_heuristic",
-                                       .type = VK_LAYER_SETTING_TYPE_BOOL32_EXT,
-                                       .valueCount = 1,
-                                       .pValues = &is_on};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .pNext = chain,
-        .settingCount = 1,
-        .pSettings = &setting};
-    chain = &settings;
-#endif
     const VkValidationFeaturesEXT features = {.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
-                                              .pNext = chain,
+                                              .pNext = &messenger,
                                               .enabledValidationFeatureCount = 1,
                                               .pEnabledValidationFeatures = &enabled};
     const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
@@ -365,11 +338,10 @@ Instance::~Instance() {
 }
 
 std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
-    std::vector<VkPhysicalDevice> handles;
-    const VkResult listed = read_list(handles, [&](std::uint32_t* count, VkPhysicalDevice* items) {
-        return vkEnumeratePhysicalDevices(instance.get(), count, items);
-    });
-    check(listed, "list devices");
+    std::uint32_t count = 0;
+    check(vkEnumeratePhysicalDevices(instance.get(), &count, nullptr), "list devices");
+    std::vector<VkPhysicalDevice> handles(count);
+    check(vkEnumeratePhysicalDevices(instance.get(), &count, handles.data()), "list devices");
     if (handles.empty()) {
         throw_unavailable(
             "the drivers on this machine have no device; install one, for example "
@@ -417,13 +389,9 @@ Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool
                                            .queueFamilyIndex = physical_.queue_family,
                                            .queueCount = 1,
                                            .pQueuePriorities = &priority};
-    const char* const extension = VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME;
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = physical_.needs_float_controls ? 1u : 0u,
-        .ppEnabledExtensionNames = &extension};
+    const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                     .queueCreateInfoCount = 1,
+                                     .pQueueCreateInfos = &queue};
     check(vkCreateDevice(physical_.handle, &info, nullptr, &handle_), "create the device");
     vkGetDeviceQueue(handle_, physical_.queue_family, 0, &queue_);
 }

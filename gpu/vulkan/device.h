@@ -4,9 +4,6 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "gpu/vulkan/memory.h"
 
@@ -64,8 +61,6 @@ struct PhysicalDevice {
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
     std::uint32_t timestamp_bits = 0;  // 0: no timestamps
-    /// True if promises are made by VK_KHR_shader_float_controls, as in Vulkan 1.1.
-    bool needs_float_controls = false;
 };
 
 /// All devices in the loader's order. Throws Error(kUnavailable) if there is none.

@@ -2,14 +2,10 @@
 #pragma once
 
 #include <atomic>
-#include <cstddef>
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <span>
 #include <utility>
-#include <vector>
 
 #include "gpu/vulkan/device.h"
 

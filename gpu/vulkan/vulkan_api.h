@@ -5,8 +5,6 @@
 #define VK_NO_PROTOTYPES
 #include <volk.h>
 
-#include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -29,16 +27,6 @@ ErrorKind error_kind_of(VkResult result);
 /// Throws Error("cannot <action>: <result>") if the result is not VK_SUCCESS.
 inline void check(VkResult result, const char* action) {
     if (result != VK_SUCCESS) throw_result(result, action);
-}
-
-/// Sets `items` to what `list(&count, items)` lists; with null it only counts.
-template <class Item, class List>
-VkResult read_list(std::vector<Item>& items, List list) {
-    std::uint32_t count = 0;
-    const VkResult result = list(&count, nullptr);
-    if (result != VK_SUCCESS) return result;
-    items.resize(count);
-    return list(&count, items.data());
 }
 
 bool is_given_up(VkDevice device);
