@@ -19,8 +19,8 @@ endfunction()
 
 # morphray_compile_together(TARGET [FOLDERS]), called when the target has its sources: compiles at most 17 of
 # them as one, or those of each folder, which takes half of the time. So names without linkage are unique there:
-# another file's function that fits better would be called. Sources with options of their own, and those that
-# Highway compiles once an instruction set, stay alone; so do all where nothing is compiled in advance.
+# another file's function that fits better would be called. Those that Highway compiles once an instruction set
+# stay alone, as CMake leaves those with options of their own; so do all where nothing is compiled in advance.
 function(morphray_compile_together target)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
@@ -30,10 +30,7 @@ function(morphray_compile_together target)
     foreach(source IN LISTS sources)
         get_filename_component(path ${source} ABSOLUTE)
         file(STRINGS ${path} per_instruction_set REGEX "define HWY_TARGET_INCLUDE" LIMIT_COUNT 1)
-        get_source_file_property(options ${source} COMPILE_OPTIONS)
-        get_source_file_property(definitions ${source} COMPILE_DEFINITIONS)
-        get_source_file_property(alone ${source} SKIP_UNITY_BUILD_INCLUSION)
-        if(NOT (per_instruction_set OR options OR definitions OR alone))
+        if(NOT per_instruction_set)
             set(key ${target})
             if(ARGN)
                 get_filename_component(folder ${source} DIRECTORY)

@@ -40,14 +40,18 @@ is refitted from pose to pose. Results are equal bit by bit on every machine,
 instruction set and device.
 ")
 
+# morphray_package(COMPONENT NAME SECTION TEXT): its description is what all have in common, and TEXT.
+macro(morphray_package component name section text)
+    set(CPACK_DEBIAN_${component}_PACKAGE_NAME ${name})
+    set(CPACK_DEBIAN_${component}_PACKAGE_SECTION ${section})
+    set(CPACK_DEBIAN_${component}_DESCRIPTION "${about}\n${text}")
+endmacro()
+
 # Debian's rules: the name of the shared library's package has the number of its soname.
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libmorphray${PROJECT_VERSION_MAJOR})
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+morphray_package(LIBRARY libmorphray${PROJECT_VERSION_MAJOR} libs "This package has the shared library.")
 # It is loaded when it is there.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS libvulkan1)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "mesa-vulkan-drivers | vulkan-icd")
-set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "${about}
-This package has the shared library.")
 # CPack's own scripts call ldconfig, where a trigger is asked for.
 set(control ${PROJECT_BINARY_DIR}/package/control)
 file(WRITE ${control}/triggers "activate-noawait ldconfig\n")
@@ -56,34 +60,23 @@ file(WRITE ${control}/shlibs
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${control}/triggers ${control}/shlibs)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-set(CPACK_DEBIAN_DEV_PACKAGE_NAME libmorphray-dev)
-set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+morphray_package(DEV libmorphray-dev libdevel
+    "This package has the headers, packages for CMake and pkg-config, and examples.")
 set(CPACK_COMPONENT_DEV_DEPENDS library)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
-set(CPACK_DEBIAN_DEV_DESCRIPTION "${about}
-This package has the headers, packages for CMake and pkg-config, and examples.")
 
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME morphray)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
+morphray_package(PROGRAM morphray graphics
+    "This package has the program, which renders animations, compares backends and\nmeasures updates.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libvulkan1)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-matplotlib, mesa-vulkan-drivers | vulkan-icd")
-set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${about}
-This package has the program, which renders animations, compares backends and
-measures updates.")
 
+morphray_package(EMBREE morphray-embree graphics
+    "This package runs programs that use Embree, such as Blender and Open3D, with\nmorphray in its place.")
 # Its libraries are found by no linker, so it names what they need itself.
-set(CPACK_DEBIAN_EMBREE_PACKAGE_NAME morphray-embree)
-set(CPACK_DEBIAN_EMBREE_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_EMBREE_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_COMPONENT_EMBREE_DEPENDS library)
 set(CPACK_DEBIAN_EMBREE_PACKAGE_DEPENDS "libc6, libgcc-s1, libstdc++6")
-set(CPACK_DEBIAN_EMBREE_DESCRIPTION "${about}
-This package runs programs that use Embree, such as Blender and Open3D, with
-morphray in its place.")
 
-set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+morphray_package(PYTHON python3-morphray python "This package has the module for Python 3.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS libvulkan1)
-set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
-This package has the module for Python 3.")
 include(CPack)
