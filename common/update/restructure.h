@@ -1,33 +1,15 @@
 // Builds new levels of a tree over the subtrees that are still sound.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
-#include "common/bvh/bvh.h"
-#include "common/scene/mesh.h"
+#include "common/bvh/builder/layout.h"
 
 namespace mray {
 
-/// Half the area of the box of each node and leaf when it was placed, over the growth until then.
-struct BuiltAreas {
-    std::vector<float> nodes;
-    std::vector<float> leaves;
-};
+/// The areas of a tree as it is.
 BuiltAreas built_areas(const Bvh& bvh);
 
 // If more than this part of all triangles is loose, a build does not cost much more.
 inline constexpr double kMostLoose = 0.5;
-
-/// The parts of a tree under new levels.
-struct TreeParts {
-    /// The child entries, in the old tree, of subtrees that stay as they are, and their boxes.
-    std::vector<std::uint32_t> subtrees;
-    std::vector<Box> boxes;
-    std::vector<std::uint32_t> removed_leaves;
-};
 
 /// Takes the tree apart from the root on, down to children that is_sound(node, slot, child) keeps.
 template <class IsSound>

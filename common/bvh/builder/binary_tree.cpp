@@ -219,7 +219,6 @@ private:
                (0.5f * static_cast<float>(set.size()) + kPartCost);
     }
 
-    /// Removes the repeated triangles of a set; returns how many are left.
     std::size_t take_repeated(std::span<PrimRef> refs) {
         std::vector<RepeatedTriangle> repeated;
         const std::size_t count = remove_repeated(topology_, refs, repeated);

@@ -1,10 +1,6 @@
 // The binary tree that a build makes first, collapses to the shared layout and then discards.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "common/base/aligned_vector.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"

@@ -1,8 +1,6 @@
 // SAH construction of the shared layout.
 #pragma once
 
-#include <span>
-
 #include "common/base/watch.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"

@@ -14,14 +14,11 @@ constexpr std::uint32_t kFours = kWidth / 4;
 
 }  // namespace
 
-Collapse::Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room) : nodes_(nodes) {
-    if (nodes.empty()) return;
-    if (nodes.size() * sizeof(Costs) <= room.size()) {
-        costs_ = new (room.data()) Costs[nodes.size()];
-    } else {
-        own_costs_.resize(nodes.size());
-        costs_ = own_costs_.data();
-    }
+Collapse::Collapse(BinaryTree& tree) : nodes_(tree.nodes) {
+    if (nodes_.empty()) return;
+    const std::size_t room = (nodes_.size() * sizeof(Costs) + sizeof(Leaf) - 1) / sizeof(Leaf);
+    if (tree.spare.size() < room) tree.spare = AlignedVector<Leaf>(room);
+    costs_ = new (tree.spare.data()) Costs[nodes_.size()];
     find_costs(0);
 }
 

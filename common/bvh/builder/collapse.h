@@ -1,10 +1,6 @@
 // Chooses the descendants of a binary node that become the children of a wide node.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <span>
-
 #include "common/bvh/builder/binary_tree.h"
 
 namespace mray {
@@ -26,9 +22,8 @@ private:
 /// wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
-    /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while
-    /// this object lives. Runs in the calling thread's arena.
-    explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
+    /// Keeps the costs in `spare` of the tree while this lives. Runs in the calling thread's arena.
+    explicit Collapse(BinaryTree& tree);
 
     /// Returns the 2 to kWidth children of the wide node that an inner binary node becomes at this
     /// depth. If its height is at most 4 times the levels left, this one included, it fits in them.
@@ -47,8 +42,6 @@ private:
     void add_levels(std::uint32_t node, std::uint32_t height_limit, WideChildren& out) const;
 
     std::span<const BinaryNode> nodes_;
-    /// Used if the room is too small.
-    AlignedVector<Costs> own_costs_;
     /// The costs of each node.
     Costs* costs_;
 };

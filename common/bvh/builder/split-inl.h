@@ -2,10 +2,7 @@
 // axes at once; bins; the steps of a set that is split by a sample.
 #include <algorithm>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <span>
 
 #include "common/bvh/builder/split.h"
 #include "common/simd/fixed_vectors-inl.h"
@@ -64,6 +61,7 @@ inline Box union_of(std::span<const PrimRef> refs) {
     return box_of(low_half(planes), -high_half(planes));
 }
 
+/// The bounds of twice the centroids of those refs that are not empty; empty for none.
 inline Box bound_centroids(std::span<const PrimRef> refs) {
     // Two of each, so that neither waits for the other.
     Float4 lower[2] = {splat4(kEmptyPlane), splat4(kEmptyPlane)};

@@ -114,17 +114,13 @@ Box union_of(std::span<const PrimRef> refs, const SimdTarget& target) {
     return SIMD_FUNCTION(union_of, target)(refs);
 }
 
-Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target) {
-    return SIMD_FUNCTION(bound_centroids, target)(refs);
-}
-
 PartSize split_binned(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
     return refs.size() >= 2 * kSample ? split_by_sample(refs, out, target)
                                       : SIMD_FUNCTION(split_at_once, target)(refs, out);
 }
 
 PartSize split_median(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
-    const Box bounds = centroid_bounds(refs, target);
+    const Box bounds = SIMD_FUNCTION(bound_centroids, target)(refs);
     const vec3 extent = bounds.upper - bounds.lower;
     int widest = 0;
     for (int axis = 1; axis < 3; ++axis) {

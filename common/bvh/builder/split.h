@@ -2,10 +2,7 @@
 #pragma once
 
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <span>
 
 #include "common/base/watch.h"
 #include "common/bvh/box.h"
@@ -69,9 +66,6 @@ void make_refs(const Topology& topology, std::span<const vec3> positions, std::u
 
 /// The union of the boxes of the refs; empty for none.
 Box union_of(std::span<const PrimRef> refs, const SimdTarget& target = best_simd_target());
-
-/// The bounds of twice the centroids of those refs that are not empty; empty for none.
-Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target = best_simd_target());
 
 /// The size of the first part of a set, and the sum of the SAH costs of both parts, if known.
 struct PartSize {
