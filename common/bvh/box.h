@@ -14,14 +14,12 @@ struct Box {
     bool empty() const { return lower.x > upper.x; }
 
     void extend(vec3 p) {
-        lower = {lesser(lower.x, p.x), lesser(lower.y, p.y), lesser(lower.z, p.z)};
-        upper = {greater(upper.x, p.x), greater(upper.y, p.y), greater(upper.z, p.z)};
+        lower = lesser3(lower, p);
+        upper = greater3(upper, p);
     }
     void extend(const Box& b) {
-        lower = {lesser(lower.x, b.lower.x), lesser(lower.y, b.lower.y),
-                 lesser(lower.z, b.lower.z)};
-        upper = {greater(upper.x, b.upper.x), greater(upper.y, b.upper.y),
-                 greater(upper.z, b.upper.z)};
+        lower = lesser3(lower, b.lower);
+        upper = greater3(upper, b.upper);
     }
 
     bool operator==(const Box&) const = default;

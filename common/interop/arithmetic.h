@@ -12,6 +12,14 @@
 
 SHARED_BEGIN
 
+SHARED Float3 lesser3(Float3 a, Float3 b) {
+    return Float3(lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z));
+}
+
+SHARED Float3 greater3(Float3 a, Float3 b) {
+    return Float3(greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z));
+}
+
 /// Sum in the fixed order (x + y) + z.
 SHARED Float dot3(Float3 a, Float3 b) {
     PRECISE Float x = a.x * b.x;

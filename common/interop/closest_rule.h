@@ -34,14 +34,6 @@ SHARED Float3 scaled_by(Float3 p, Float scale) {
     return scaled;
 }
 
-SHARED Float3 lesser3(Float3 a, Float3 b) {
-    return Float3(lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z));
-}
-
-SHARED Float3 greater3(Float3 a, Float3 b) {
-    return Float3(greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z));
-}
-
 /// The squared distance of a point from a box, as floats round: not above that of answers in it.
 SHARED Float box_distance2(Float3 p, Float3 lower, Float3 upper) {
     PRECISE Float3 below = lower - p;

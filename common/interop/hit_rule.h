@@ -324,13 +324,10 @@ SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim)
 SHARED void refine_hit(ShearedRay s, Edges e, Float3 a, Float3 b, Float3 c,
                        INOUT(TriangleHit) hit) {
     // The box first, so that few registers are in use at a time.
-    Float3 lower = Float3(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
-                          lesser(a.z, lesser(b.z, c.z)));
-    Float3 upper = Float3(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
-                          greater(a.z, greater(b.z, c.z)));
     Float first;
     Float last;
-    padded_interval(slab_ray(s.org, s.dir), lower, upper, first, last);
+    padded_interval(slab_ray(s.org, s.dir), lesser3(a, lesser3(b, c)), greater3(a, greater3(b, c)),
+                    first, last);
 
     Pair3 e1 = pair_difference(b, a);
     Pair3 e2 = pair_difference(c, a);

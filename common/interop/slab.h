@@ -64,23 +64,18 @@ SHARED Float least_dilation(Float3 org) {
     return d;
 }
 
-/// D for rays from org, on each axis. Checked: lab/proofs/boxes.g.
-SHARED Float3 box_dilation(Float3 org) {
-    Float least = least_dilation(org);
-    PRECISE Float3 d =
-        Float3(kDilationOfOrigin * abs(org.x) + least, kDilationOfOrigin * abs(org.y) + least,
-               kDilationOfOrigin * abs(org.z) + least);
-    return d;
-}
-
 /// M for rays from org. Checked: lab/proofs/boxes.g.
 SHARED Float depth_margin(Float3 org) {
     PRECISE Float m = kDepthMargin * extent_of_rays(org);
     return m;
 }
 
+/// Checked: lab/proofs/boxes.g.
 SHARED SlabRay slab_ray(Float3 org, Float3 dir) {
-    Float3 d = box_dilation(org);
+    Float least = least_dilation(org);
+    PRECISE Float3 d =
+        Float3(kDilationOfOrigin * abs(org.x) + least, kDilationOfOrigin * abs(org.y) + least,
+               kDilationOfOrigin * abs(org.z) + least);
     SlabRay s;
     s.rdir = Float3(slab_reciprocal(dir.x), slab_reciprocal(dir.y), slab_reciprocal(dir.z));
     PRECISE Float3 below = org + d;

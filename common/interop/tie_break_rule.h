@@ -49,21 +49,12 @@ SHARED Bool may_touch_border(Float u, Float v) {
 /// triangles than that, with the same bits.
 SHARED bool cross_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                            OUT(TriangleHit) hit) {
-    vec3 pa = project_fast(s, a);
-    vec3 pb = project_fast(s, b);
-    vec3 pc = project_fast(s, c);
-    Edges e = fast_edges(pa, pb, pc);
-    bool is_certain = weighted_hit(s, e, pa.z, pb.z, pc.z, hit);
-    bool is_hit = surely_inside(s, e) && is_certain;
-    if (!is_hit) {
-        vec3 qa = project(s, a);
-        vec3 qb = project(s, b);
-        vec3 qc = project(s, c);
-        e = exact_edges(qa, qb, qc);
-        is_hit = exact_hit(s, e, pa.z, pb.z, pc.z, hit) && owns_ray(e, qa, qb, qc);
-    }
-    return is_hit && finite_vertices(a, b, c) &&
-           is_refined_in_range(s, e, tnear, tfar, a, b, c, hit);
+    if (!intersect_triangle(s, tnear, tfar, a, b, c, hit)) return false;
+    if (!may_touch_border(hit.u, hit.v)) return true;
+    vec3 pa = project(s, a);
+    vec3 pb = project(s, b);
+    vec3 pc = project(s, c);
+    return owns_ray(exact_edges(pa, pb, pc), pa, pb, pc);
 }
 
 #endif

@@ -13,15 +13,11 @@ struct Transform {
     vec4 z;
 };
 
-SHARED float transform_coordinate(vec4 row, vec3 p) {
-    PRECISE float moved = dot3(vec3(row), p) + row.w;
-    return moved;
-}
-
 /// Each coordinate is ((m0 * x + m1 * y) + m2 * z) + t, with each operation rounded.
-SHARED vec3 transform_point(Transform transform, vec3 p) {
-    return vec3(transform_coordinate(transform.x, p), transform_coordinate(transform.y, p),
-                transform_coordinate(transform.z, p));
+SHARED vec3 transform_point(Transform m, vec3 p) {
+    PRECISE vec3 moved =
+        vec3(dot3(vec3(m.x), p) + m.x.w, dot3(vec3(m.y), p) + m.y.w, dot3(vec3(m.z), p) + m.z.w);
+    return moved;
 }
 
 SHARED_END

@@ -37,16 +37,12 @@ SHARED FloatCrossing float_crossing(Float3 p, Float3 a, Float3 b, Float3 c) {
     PRECISE Float3 ra = a - p;
     PRECISE Float3 rb = b - p;
     PRECISE Float3 rc = c - p;
-    Float least_x = lesser(ra.x, lesser(rb.x, rc.x));
-    Float most_x = greater(ra.x, greater(rb.x, rc.x));
-    Float least_y = lesser(ra.y, lesser(rb.y, rc.y));
-    Float most_y = greater(ra.y, greater(rb.y, rc.y));
-    Float lowest = lesser(ra.z, lesser(rb.z, rc.z));
-    Float highest = greater(ra.z, greater(rb.z, rc.z));
-    Bool is_beside = (least_x > kCoordinateError || most_x < -kCoordinateError) ||
-                     (least_y > kCoordinateError || most_y < -kCoordinateError);
-    Bool is_above = lowest > kCoordinateError;
-    Bool is_below = highest < -kCoordinateError;
+    Float3 lower = lesser3(ra, lesser3(rb, rc));
+    Float3 upper = greater3(ra, greater3(rb, rc));
+    Bool is_beside = (lower.x > kCoordinateError || upper.x < -kCoordinateError) ||
+                     (lower.y > kCoordinateError || upper.y < -kCoordinateError);
+    Bool is_above = lower.z > kCoordinateError;
+    Bool is_below = upper.z < -kCoordinateError;
 
     Float u = fast_edge(rb, rc);
     Float v = fast_edge(rc, ra);
@@ -63,7 +59,7 @@ SHARED FloatCrossing float_crossing(Float3 p, Float3 a, Float3 b, Float3 c) {
     // The height of the triangle above the point, times twice its projected area.
     PRECISE Float height = (u * ra.z + v * rb.z) + w * rc.z;
     PRECISE Float sum = (abs(u) + abs(v)) + abs(w);
-    PRECISE Float size = greater(abs(highest), abs(lowest)) + kCoordinateError;
+    PRECISE Float size = greater(abs(upper.z), abs(lower.z)) + kCoordinateError;
     PRECISE Float error =
         (3.0f * bound + kWindingHeightError * sum) * size + kCoordinateError * sum;
     Bool is_positive = height > error;

@@ -6,7 +6,7 @@
 #                M / 32 (exact path) or 9/16 M (fast path) of t_H, and org + t * dir within that of the
 #                box: so entry <= last_entry of t, and entry - M <= last_depth of t. On the main axis,
 #                entry <= last_depth of t without M
-#   code         plane_pad, padded (common/bvh/box.h), box_dilation, depth_margin, last_entry, last_depth,
+#   code         plane_pad, padded (common/bvh/box.h), slab_ray, depth_margin, last_entry, last_depth,
 #                least_depth, hits_box, slab_reciprocal (common/interop/slab.h)
 #   constants    M = kDepthMargin E
 #   inputs       E = max(kSceneExtent, |org|) = 1 (real numbers scale), so that vertices, origin and
