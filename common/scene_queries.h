@@ -4,12 +4,8 @@
 
 #include <cmath>
 #include <compare>
-#include <cstdint>
-#include <functional>
-#include <span>
 #include <type_traits>
 #include <variant>
-#include <vector>
 
 #include "common/base/watch.h"
 #include "common/bvh/exact_closest.h"

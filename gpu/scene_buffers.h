@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/bvh/bvh.h"
-#include "common/scene/body.h"
 #include "common/scene/mesh.h"
+#include "common/scene/pose.h"
 #include "common/update/refit_plan.h"
 #include "gpu/kernels.h"
 

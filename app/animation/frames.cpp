@@ -43,8 +43,8 @@ std::vector<double> parse_frame_range(const std::string& text) {
                     quote(text), what);
     };
     const auto number = [&fail](std::string_view digits) {
-        const std::optional<double> value = parse_finite_double(digits);
-        if (!value) fail("not finite decimal numbers");
+        const std::optional<double> value = parse_double(digits);
+        if (!value || !std::isfinite(*value)) fail("not finite decimal numbers");
         return *value;
     };
     std::vector<double> frames;

@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <optional>
-#include <string>
 #include <system_error>
 
 #include "common/base/errors.h"
@@ -72,23 +71,19 @@ std::optional<int> named_descriptor(const fs::path& path) {
     return fd && *fd < 1u << 20 ? std::optional<int>(*fd) : std::nullopt;
 }
 
-enum class Target { kFile, kDescriptor, kStream };
-
-/// How `path` is to be written. Throws if its type or permissions already exclude that.
-Target classify(const fs::path& path) {
+/// Whether `path` is or becomes a regular file. Throws if type or permissions exclude writing it.
+bool is_for_file(const fs::path& path) {
     if (path.empty()) fail_output("''", "an output needs a name", "give a file name");
-    if (named_descriptor(path)) return Target::kDescriptor;
     struct stat status = {};
     if (::stat(path.c_str(), &status) != 0) {
         if (!path.has_filename()) fail_output(path, "is the name of a folder", "give a file name");
-        if (errno == ENOENT)
-            return Target::kFile;  // creating the temporary shows whether it can be written
+        if (errno == ENOENT) return true;  // creating the temporary shows whether it can be written
         fail_with_errno(path, errno);
     }
     if (S_ISDIR(status.st_mode)) fail_output(path, "is a folder", "give a file name");
     // A rename could replace an existing file without write permission; its owner forbade that.
     if (::access(path.c_str(), W_OK) != 0) fail_with_errno(path, errno);
-    return S_ISREG(status.st_mode) ? Target::kFile : Target::kStream;
+    return S_ISREG(status.st_mode);
 }
 
 /// The file that a link leads to is written, and the link stays.
@@ -119,9 +114,8 @@ void write_regular_file(const fs::path& path, std::span<const std::byte> bytes) 
 }  // namespace
 
 void write_file(const fs::path& path, std::span<const std::byte> bytes) {
-    const Target target = classify(path);
-    if (target == Target::kFile) return write_regular_file(path, bytes);
-    if (target == Target::kDescriptor) return write_all(path, *named_descriptor(path), bytes);
+    if (const auto fd = named_descriptor(path)) return write_all(path, *fd, bytes);
+    if (is_for_file(path)) return write_regular_file(path, bytes);
     const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (fd < 0) fail_with_errno(path, errno);
     write_all(path, fd, bytes);
@@ -134,7 +128,8 @@ void write_file(const fs::path& path, std::string_view text) {
 
 void check_writable(const fs::path& path) {
     // A folder's mode is not reliable (root, read-only and virtual file systems), so try it.
-    if (classify(path) == Target::kFile) PartialFile(follow_links(path).parent_path(), path);
+    if (!named_descriptor(path) && is_for_file(path))
+        PartialFile(follow_links(path).parent_path(), path);
 }
 
 void make_output_folder(const fs::path& path) {

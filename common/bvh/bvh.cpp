@@ -5,35 +5,29 @@
 #include "common/base/hash.h"
 
 namespace mray {
-namespace {
-
-/// Sets the ranges of a subtree, a child of a node, and of all below it.
-IndexRange find_prims(const Bvh& bvh, std::uint32_t child, std::vector<IndexRange>& ranges) {
-    IndexRange all = {kNoPrim, 0};
-    const auto add = [&](const IndexRange& range) {
-        all = {std::min(all.begin, range.begin), std::max(all.end, range.end)};
-    };
-    if (!is_leaf(child)) {
-        for_each_child(bvh.nodes[child], [&](std::uint32_t, std::uint32_t below) {
-            add(find_prims(bvh, below, ranges));
-        });
-        return ranges[child] = all;
-    }
-    const Leaf& leaf = bvh.leaves[leaf_of(child)];
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    for (const std::uint32_t prim_id : std::span(leaf.prim_id).first(count)) {
-        add({prim_id, prim_id + 1});
-        for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
-            add({repeat.prim_id, repeat.prim_id + 1});
-    }
-    return ranges[bvh.nodes.size() + leaf_of(child)] = all;
-}
-
-}  // namespace
 
 std::vector<IndexRange> prim_ranges(const Bvh& bvh) {
-    std::vector<IndexRange> ranges(bvh.nodes.size() + bvh.leaves.size());
-    if (!bvh.nodes.empty()) find_prims(bvh, 0, ranges);
+    const std::size_t node_count = bvh.nodes.size();
+    std::vector<IndexRange> ranges(node_count + bvh.leaves.size(), {kNoPrim, 0});
+    const auto add = [&](std::size_t subtree, const IndexRange& prims) {
+        IndexRange& all = ranges[subtree];
+        all = {std::min(all.begin, prims.begin), std::max(all.end, prims.end)};
+    };
+    for (std::size_t i = 0; i < bvh.leaves.size(); ++i) {
+        const Leaf& leaf = bvh.leaves[i];
+        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+        for (const std::uint32_t prim_id : std::span(leaf.prim_id).first(count)) {
+            add(node_count + i, {prim_id, prim_id + 1});
+            for (const RepeatedTriangle& repeat : repeats_of(bvh.repeated, prim_id))
+                add(node_count + i, {repeat.prim_id, repeat.prim_id + 1});
+        }
+    }
+    // Parents come before their children.
+    for (std::size_t i = node_count; i-- > 0;) {
+        for_each_child(bvh.nodes[i], [&](std::uint32_t, std::uint32_t child) {
+            add(i, ranges[is_leaf(child) ? node_count + leaf_of(child) : child]);
+        });
+    }
     return ranges;
 }
 

@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <compare>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/bvh/node.h"

@@ -39,7 +39,6 @@ Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blu
     return result;
 }
 
-/// The closest place of a triangle in doubles.
 struct DoublePlace {
     ExactPlace place;
     /// True if exact numbers give 0 for the same weights.
@@ -176,8 +175,7 @@ DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corn
                       (i == nearest || feature_of(corners, edges[i].place.weights) ==
                                            feature_of(corners, edges[nearest].place.weights));
     }
-    found = {edges[nearest].place, is_certain};
-    return found;
+    return {edges[nearest].place, is_certain};
 }
 
 /// The closest place of a triangle in integers of any length.
@@ -189,9 +187,7 @@ struct ExactDistance {
 
 /// A vector in units of a power of two in which all coordinates are whole.
 struct WholeVector {
-    mpz_class x;
-    mpz_class y;
-    mpz_class z;
+    mpz_class x, y, z;
 };
 
 WholeVector operator-(const WholeVector& a, const WholeVector& b) {

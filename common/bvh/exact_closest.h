@@ -2,12 +2,7 @@
 // bounds decide, and integers where the bounds overlap (docs/design/arithmetic.md, "Distances").
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <functional>
-#include <span>
-
-#include <glm/vec3.hpp>
 
 #include "common/bvh/bvh.h"
 

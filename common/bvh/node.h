@@ -2,8 +2,6 @@
 // leaves. For lanes see cpu/simd/node-inl.h, for devices shaders/tree.glsl.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <span>
 
 #include "common/bvh/box.h"

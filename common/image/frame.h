@@ -2,8 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
-#include <span>
 
 #include "common/base/aligned_vector.h"
 #include "common/base/hash.h"

@@ -17,7 +17,6 @@ constexpr double kMaxSlope = 0x1p40;
 // Smaller components of a direction change no pixel's ray and would make denormal products.
 constexpr double kNegligible = 0x1p-60;
 
-// Throws an error with this text unless the view is as it must be.
 template <class... Values>
 void require(bool holds, ErrorKind kind, fmt::format_string<Values...> text, Values&&... values) {
     if (!holds) throw Error(kind, text, std::forward<Values>(values)...);
@@ -272,15 +271,14 @@ SeenObject see_object(std::span<const vec3> positions, const SceneBox& box, cons
             dvec3(glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.forward)));
     };
     SeenObject object;
+    std::vector<dvec3> points;
     double bottom = std::numeric_limits<double>::infinity();
     for (const vec3& position : positions) {
-        if (!all_finite(dvec3(position))) continue;
-        const dvec3 p = (dvec3(position) - box.centre) / box.radius();
-        bottom = std::min(bottom, glm::dot(p, up));
+        if (!all_finite(position)) continue;
+        points.push_back((dvec3(position) - box.centre) / box.radius());
+        bottom = std::min(bottom, glm::dot(points.back(), up));
     }
-    for (const vec3& position : positions) {
-        if (!all_finite(dvec3(position))) continue;
-        const dvec3 p = (dvec3(position) - box.centre) / box.radius();
+    for (const dvec3& p : points) {
         const double part = (glm::dot(light, up) - bottom) / glm::dot(light - p, up);
         object.vertices.push_back(seen(p));
         object.shadows.push_back(seen(light + part * (p - light)));

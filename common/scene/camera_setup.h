@@ -2,14 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include <glm/geometric.hpp>
-#include <glm/vec3.hpp>
 
 #include "common/interop/camera.h"
 #include "common/interop/ray.h"

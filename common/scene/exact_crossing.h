@@ -1,10 +1,6 @@
 // Exact crossings: of a half-line that floats cannot decide, of rays through edges or vertices.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 

@@ -10,6 +10,7 @@
 
 #include "common/base/hash.h"
 #include "common/interop/hit_rule.h"
+#include "common/scene/camera_setup.h"
 
 namespace mray {
 namespace {
@@ -102,12 +103,9 @@ std::vector<IndexRange> used_vertices(std::span<const uvec3> triangles, std::siz
 }
 
 std::uint64_t count_not_finite(const Topology& topology, std::span<const vec3> positions) {
-    const auto is_finite = [&](std::uint32_t vertex) {
-        const vec3& p = positions[vertex];
-        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-    };
     const auto count = std::ranges::count_if(topology.triangles, [&](const uvec3& t) {
-        return !is_finite(t.x) || !is_finite(t.y) || !is_finite(t.z);
+        return !all_finite(positions[t.x]) || !all_finite(positions[t.y]) ||
+               !all_finite(positions[t.z]);
     });
     return static_cast<std::uint64_t>(count);
 }

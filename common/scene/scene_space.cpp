@@ -233,28 +233,20 @@ void PoseExtent::extend(const PoseExtent& other) {
 
 float PoseExtent::limit(const WorldBounds& reference) const {
     constexpr float kMost = std::numeric_limits<float>::max();
-    std::size_t last = 0;
-    std::uint64_t total = 0;
-    for (std::size_t i = 1; i < bins_.size(); ++i) {
-        total += bins_[i].count;
-        if (bins_[i].count > 0) last = i;
-    }
-    const auto count_up_to = [&](std::size_t bin) {
-        std::uint64_t count = 0;
-        for (std::size_t i = 1; i <= bin; ++i) count += bins_[i].count;
-        return count;
-    };
-    std::size_t bulk = 0;
-    for (std::uint64_t held = 0; 2 * held <= total && bulk < last;) held += bins_[++bulk].count;
+    // Without bin 0: vertices at 0 say nothing about the size.
+    std::array<std::uint64_t, 256> up_to = {};
+    for (std::size_t i = 1; i < up_to.size(); ++i) up_to[i] = up_to[i - 1] + bins_[i].count;
+    const auto bin_at = [&](auto place) { return static_cast<std::size_t>(place - up_to.begin()); };
+    const std::size_t last = bin_at(std::ranges::lower_bound(up_to, up_to.back()));
+    const std::size_t bulk =
+        std::min(last, bin_at(std::ranges::upper_bound(up_to, up_to.back() / 2)));
     std::size_t kept = bulk + kFarExponent;
     if (!reference.empty()) {
         const SceneSpace space(reference);
-        double reach = 0;
-        for (int axis = 0; axis < 3; ++axis)
-            reach =
-                std::max(reach, std::abs(space.centre(axis)) + space.length_to_world(kSceneExtent));
+        const double reach = largest_of({space.centre(0), space.centre(1), space.centre(2)}) +
+                             space.length_to_world(kSceneExtent);
         const std::size_t held = bin_of(static_cast<float>(std::min(reach, double{kMost})));
-        if (bulk > held + kLostExponent && count_up_to(held) > 0) kept = held + kFarExponent;
+        if (bulk > held + kLostExponent && up_to[held] > 0) kept = held + kFarExponent;
         kept = std::max(kept, held);
     }
     if (last <= kept) return kMost;

@@ -1,14 +1,9 @@
 // Scene space, where the hit rule is exact. Nothing else knows scale and grid.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <limits>
-#include <span>
-#include <vector>
 
 #include <glm/ext/vector_double3.hpp>
-#include <glm/vec3.hpp>
 
 #include "common/interop/camera.h"
 #include "common/interop/platform.h"

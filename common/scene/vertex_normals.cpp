@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include <glm/geometric.hpp>
-#include <glm/vec3.hpp>
 
 #include "common/interop/surface.h"
 

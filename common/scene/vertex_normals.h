@@ -1,10 +1,6 @@
 // Normals for smooth shading, which follow the deformation.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "common/scene/mesh.h"
 
 namespace mray {

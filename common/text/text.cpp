@@ -129,12 +129,6 @@ std::optional<double> parse_coordinate(std::string_view text) {
     return is_float ? number : std::nextafter(*number, nearest);
 }
 
-std::optional<double> parse_finite_double(std::string_view text) {
-    const auto value = parse_double(text);
-    if (!value || !std::isfinite(*value)) return std::nullopt;
-    return value;
-}
-
 std::optional<std::int64_t> parse_integer(std::string_view text) {
     std::int64_t value = 0;
     const char* const end = text.data() + text.size();

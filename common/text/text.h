@@ -68,9 +68,6 @@ std::optional<double> parse_double(std::string_view text);
 /// on its side of it, so that rounding it to float gives parse_float.
 std::optional<double> parse_coordinate(std::string_view text);
 
-/// As parse_double, but nothing for numbers that are not finite.
-std::optional<double> parse_finite_double(std::string_view text);
-
 /// A decimal integer that is the whole of `text`, '-' and digits. Beyond 18 digits the result is
 /// -10^18 or 10^18, which stands for "out of any range".
 std::optional<std::int64_t> parse_integer(std::string_view text);

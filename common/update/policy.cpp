@@ -34,12 +34,11 @@ private:
     std::uint32_t age_ = 0;
 };
 
-/// The losses x_1 ... x_K of a tree since its last remedy, which cost P, and whether the next one
-/// is worth it (docs/design/updates.md). It is due when the mean cost of a frame is least (the
-/// economic life of equipment: J. Taylor. A statistical theory of depreciation. 1923), or when as
-/// much is lost (ski rental: R. Karp. On-line algorithms versus off-line algorithms. 1992). Both
-/// compare with P times a factor of at least 1. A remedy halves the factor if it has saved half of
-/// its price before the next remedy, and doubles it otherwise.
+/// The losses of a tree since its last remedy, and whether the next one is worth its price
+/// (docs/design/updates.md). It is due when the mean cost of a frame is least (the economic life of
+/// equipment: J. Taylor. A statistical theory of depreciation. 1923), or when as much is lost (ski
+/// rental: R. Karp. On-line algorithms versus off-line algorithms. 1992). A remedy halves a factor
+/// of the price if it has saved half of that before the next remedy, and doubles it otherwise.
 class LossAccount {
 public:
     /// Whether a remedy is due in a frame that is going to lose `loss`, in the unit of the price.
@@ -180,16 +179,9 @@ constexpr int kLongestWait = 64;
 constexpr double kFading = 0.9;
 constexpr double kFaded = 0.7;
 
-/// Refits; restructures degraded parts and rebuilds when that pays (docs/design/updates.md):
-///
-/// - A remedy *pays at once* if this frame alone would lose its price. It is applied in the frame.
-/// - Otherwise it is an investment in frames that may never come. It has to be due (LossAccount,
-///   one for each remedy), and the *investment budget* has to hold its price: 5 % of the time of
-///   all frames, and what earlier remedies have saved. It adds at most the frame's budget: a
-///   restructuring is cut to it, a build that takes more runs in the background.
-///
-/// Losses are those that the overhead visits of the tree explain (SlowdownModel), in times of a
-/// sound tree: measured times change with the image.
+/// Refits; restructures degraded parts and rebuilds when that pays (docs/design/updates.md). Losses
+/// are those that the overhead visits of the tree explain (SlowdownModel), in times of a sound
+/// tree: measured times change with the image.
 class AutoPolicy final : public UpdatePolicy {
 public:
     explicit AutoPolicy(const UpdateConfig& config)
@@ -343,18 +335,15 @@ private:
     /// The median of the last traces, each divided by its slow-down. Before the first trace
     /// nothing is restructured, and one update may rebuild, at kFirstPrice.
     double sound_trace_ = 0;
-    /// The updates since the last trace.
     FrameCost untraced_ = {};
     std::array<double, 5> last_traces_ = {};
     std::size_t traces_ = 0;
-    /// Refit and trace of the last frame.
     double frame_cost_ = 0;
     /// Time and overhead of the last trace that no background build disturbed.
     double trace_ = 0;
     double overhead_ = 0;
     /// The overhead right after the last build or restructuring, which that could not cure.
     double floor_ = 0;
-    /// The overhead before the last restructuring.
     double overhead_before_ = 0;
     /// Frames to wait after a restructuring that did not help; it doubles each time.
     int next_wait_ = 0;

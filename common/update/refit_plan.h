@@ -1,10 +1,7 @@
 // The parts of a tree that moved vertices reach: a refit leaves the rest as it is.
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "common/backend.h"
 #include "common/bvh/bvh.h"

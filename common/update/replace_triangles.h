@@ -1,10 +1,6 @@
 // Takes triangles out of a tree and puts others in, for meshes that come and go.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/update/restructure.h"

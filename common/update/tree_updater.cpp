@@ -88,15 +88,10 @@ TreeUpdater::TreeUpdater(const Topology& topology, const Pose& pose, Backend& tr
       deterministic_(config.deterministic),
       follows_ratio_(config.record_cost_ratio || policy_->needs_tree_cost()),
       sample_(topology) {
-    if (tree == nullptr) {
-        last_.times.rebuild_ms = build();
-        last_.reason = "the first tree";
-    } else {
-        bvh_ = *tree;
-        took_tree(follows_ratio_ ? sample_.area(pose_.positions()) : 0);
-        last_.reason = "a copy of another scene's tree";
-    }
-    tracer_.set_scene(topology_, pose_, std::move(bvh_));
+    Bvh bvh = tree == nullptr ? build() : *tree;
+    note_built(bvh, pose_area());
+    last_.reason = tree == nullptr ? "the first tree" : "a copy of another scene's tree";
+    tracer_.set_scene(topology_, pose_, std::move(bvh));
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
     // A copied tree tells nothing of the time of a build.
     const double estimate = kBuildPerTriangle * static_cast<double>(topology_.triangles.size());
@@ -136,28 +131,19 @@ void TreeUpdater::begin_frame() {
 }
 
 bool TreeUpdater::swap_is_due() {
-    if (background_is_stale_) {
-        if (!background_is_ready()) return false;
-        background_.get();
-        background_is_stale_ = false;
-    }
     if (!background_.valid()) return false;
-    return deterministic_ ? background_frames_left_ == 0 : background_is_ready();
+    if (deterministic_) return background_frames_left_ == 0;
+    if (background_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+    if (!background_is_stale_) return true;
+    background_.get();
+    background_is_stale_ = false;
+    return false;
 }
 
-bool TreeUpdater::background_is_ready() const {
-    return background_.valid() &&
-           background_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
-
-/// Takes the tree that was built in the background, and refits it to this pose.
 void TreeUpdater::swap() {
-    bvh_ = background_.get();
-    took_tree(background_triangle_area_);
+    replace_tree(background_.get(), background_triangle_area_);
     last_.step = TreeStep::kSwapped;
     last_.reason = "for the tree that was built in the background";
-    tracer_.set_tree(std::move(bvh_));
-    last_.times.upload_ms += tracer_.finish().update.upload_ms;
     tracer_.refit(RefitExtent::kAll);
     has_refitted_ = true;
 }
@@ -170,7 +156,6 @@ void TreeUpdater::refit(const std::string& reason) {
     last_.reason = reason;
 }
 
-/// Asks the policy about the refitted tree.
 UpdateDecision TreeUpdater::review() {
     double waited_ms = 0;
     if (follows_ratio_) {
@@ -181,7 +166,7 @@ UpdateDecision TreeUpdater::review() {
     }
     const Stopwatch watch;
     if (follows_ratio_) {
-        triangle_area_ = sample_.area(pose_.positions());
+        triangle_area_ = pose_area();
         const TreeFit fit = tree_fit(tracer_.nodes(), triangle_area_);
         last_.cost_ratio = cost_ratio(built_fit_, fit);
         last_.overhead = overhead_visits(built_fit_, fit);
@@ -195,7 +180,6 @@ UpdateDecision TreeUpdater::review() {
     return decision;
 }
 
-/// Restructures the worst parts, up to decision.most_restructured of all triangles.
 void TreeUpdater::restructure(const UpdateDecision& decision) {
     const Stopwatch watch;
     std::size_t parts = 0;
@@ -217,17 +201,17 @@ void TreeUpdater::restructure(const UpdateDecision& decision) {
     restructuring_ = times;
 }
 
-/// Builds at this pose, and gives the tree to the tracer.
 void TreeUpdater::rebuild(const std::string& reason) {
     // A pending build has an older pose. Deterministic updates wait for it, others drop it later.
     if (deterministic_ && background_.valid()) background_.get();
     background_is_stale_ = background_.valid();
     last_.step = TreeStep::kRebuilt;
     last_.reason = reason;
-    last_.times.rebuild_ms += build();
+    last_.cost_ratio = 1;
+    last_.overhead = 0;
+    Bvh bvh = build();
     last_.times += finish_refit();
-    tracer_.set_tree(std::move(bvh_));
-    last_.times.upload_ms += tracer_.finish().update.upload_ms;
+    replace_tree(std::move(bvh), pose_area());
 }
 
 /// Builds a tree while frames are traced, after T. Ize, I. Wald, S. Parker. Asynchronous BVH
@@ -241,25 +225,31 @@ void TreeUpdater::start_background_build(std::uint32_t build_frames) {
         return build_bvh(topology_, pose.positions(),
                          {.threads = 1, .watch = Watch(&cancel_background_)});
     });
-    background_triangle_area_ = sample_.area(pose_.positions());
+    background_triangle_area_ = pose_area();
     background_frames_left_ = build_frames;
 }
 
-/// Makes bvh_ a tree at this pose. Returns the milliseconds of the build.
-double TreeUpdater::build() {
+Bvh TreeUpdater::build() {
     const Stopwatch watch;
-    bvh_ = build_bvh(topology_, pose_.positions(), build_config_);
-    const double build_ms = watch.ms();
-    took_tree(follows_ratio_ ? sample_.area(pose_.positions()) : 0);
-    last_.cost_ratio = 1;
-    last_.overhead = 0;
-    return build_ms;
+    Bvh bvh = build_bvh(topology_, pose_.positions(), build_config_);
+    last_.times.rebuild_ms += watch.ms();
+    return bvh;
 }
 
-/// Notes the built state of bvh_, which comes into use; its pose has this triangle_area.
-void TreeUpdater::took_tree(double triangle_area) {
-    if (follows_ratio_) built_fit_ = tree_fit(bvh_.nodes, triangle_area);
-    if (policy_->needs_tree_cost()) areas_ = built_areas(bvh_);
+double TreeUpdater::pose_area() const {
+    return follows_ratio_ ? sample_.area(pose_.positions()) : 0;
+}
+
+/// Notes the state of a tree that comes into use; the pose of its build had this triangle_area.
+void TreeUpdater::note_built(const Bvh& bvh, double triangle_area) {
+    if (follows_ratio_) built_fit_ = tree_fit(bvh.nodes, triangle_area);
+    if (policy_->needs_tree_cost()) areas_ = built_areas(bvh);
+}
+
+void TreeUpdater::replace_tree(Bvh bvh, double triangle_area) {
+    note_built(bvh, triangle_area);
+    tracer_.set_tree(std::move(bvh));
+    last_.times.upload_ms += tracer_.finish().update.upload_ms;
 }
 
 void TreeUpdater::end_background_build() {
@@ -278,6 +268,7 @@ bool TreeUpdater::change_topology(const TopologyChange& change) {
     const double grown = growth();
     begin_frame();
     const Stopwatch watch;
+    Bvh changed_tree;
     bool changed = false;
     tracer_.edit_tree([&](Bvh& bvh) {
         if (!policy_->needs_tree_cost()) areas_ = built_areas(bvh);
@@ -286,12 +277,12 @@ bool TreeUpdater::change_topology(const TopologyChange& change) {
         }
         changed = replace_triangles(topology_, pose_.positions(), change, bvh, areas_);
         // The backend gets the tree with its topology.
-        std::swap(bvh_, bvh);
+        std::swap(changed_tree, bvh);
         return false;
     });
     if (!changed) return false;
     last_.times.restructure_ms = watch.ms();
-    tracer_.set_scene(topology_, pose_, std::move(bvh_));
+    tracer_.set_scene(topology_, pose_, std::move(changed_tree));
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
     if (pose_.moved_count() > 0) {
         tracer_.refit(RefitExtent::kAll);
@@ -300,7 +291,7 @@ bool TreeUpdater::change_topology(const TopologyChange& change) {
     }
     sample_ = TriangleSample(topology_);
     if (follows_ratio_) {
-        triangle_area_ = sample_.area(pose_.positions());
+        triangle_area_ = pose_area();
         built_fit_ = tree_fit(tracer_.nodes(), triangle_area_);
         // The tree is as bad as it was.
         if (std::isfinite(ratio) && ratio > 0) built_fit_.cost /= ratio;
@@ -362,11 +353,6 @@ void TreeUpdater::frame_done(const TraceCost& trace) {
 const TreeUpdate& TreeUpdater::finish() {
     last_.times += finish_refit();
     return last_;
-}
-
-const Bvh& TreeUpdater::tree() {
-    tracer_.read_tree(bvh_);
-    return bvh_;
 }
 
 }  // namespace mray

@@ -2,13 +2,9 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
 #include <future>
 #include <memory>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "common/backend.h"
 #include "common/bvh/builder/bvh_builder.h"
@@ -116,8 +112,6 @@ public:
     const TreeUpdate& finish();
 
     const TreeUpdate& last() const { return last_; }
-    /// The tree at the current pose, read back from the tracer.
-    const Bvh& tree();
 
 private:
     // Steps of update(), in the order in which it takes them. They set last_.
@@ -130,9 +124,10 @@ private:
     void rebuild(const std::string& reason);
     void start_background_build(std::uint32_t build_frames);
 
-    double build();
-    void took_tree(double triangle_area);
-    bool background_is_ready() const;
+    Bvh build();
+    double pose_area() const;
+    void note_built(const Bvh& bvh, double triangle_area);
+    void replace_tree(Bvh bvh, double triangle_area);
     UpdateTimes finish_refit();
     double growth() const;
     FrameCost cost_of_frame(const TraceCost& trace) const;
@@ -145,8 +140,6 @@ private:
     bool deterministic_;
     bool follows_ratio_;
     TriangleSample sample_;
-    /// A tree that has been built or read, until the tracer takes it.
-    Bvh bvh_;
     TreeFit built_fit_;
     /// The areas of the tree in use, if the policy may restructure it.
     BuiltAreas areas_;

@@ -65,7 +65,7 @@ std::vector<FrameHashes> take_every_step(const char* scene, std::uint64_t triang
         pose.move_to(positions(2 * frame));
         const TreeUpdate& update = updater.update();
         hashes.push_back({name_of(update.step), 0, image_hashes(*tracer, params)});
-        hashes.back().tree = bvh_hash(updater.tree());
+        hashes.back().tree = tree_hash(*tracer);
         updater.frame_done(last_trace(*tracer));
     }
     return hashes;

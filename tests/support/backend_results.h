@@ -8,11 +8,13 @@
 
 namespace mray::test {
 
-inline std::uint64_t tree_hash(Backend& backend) {
+inline Bvh tree_of(Backend& backend) {
     Bvh tree;
     backend.read_tree(tree);
-    return bvh_hash(tree);
+    return tree;
 }
+
+inline std::uint64_t tree_hash(Backend& backend) { return bvh_hash(tree_of(backend)); }
 
 struct ImageHashes {
     std::uint64_t hits;

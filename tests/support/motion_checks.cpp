@@ -62,7 +62,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
             ASSERT_EQ(different(hits_of(tracer, rays), hits_of(brute, rays)), 0u)
                 << motion.name << ", " << policy << ", pose " << pose;
             updater.frame_done({0, rays.size()});
-            ASSERT_EQ(check_bvh(updater.tree(), motion.topology, positions),
+            ASSERT_EQ(check_bvh(tree_of(tracer), motion.topology, positions),
                       std::vector<std::string>{})
                 << motion.name << ", " << policy << ", pose " << pose;
         }
@@ -82,7 +82,7 @@ std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer
         hits_of(tracer, rays);
         updater.frame_done({0, rays.size()});
         decisions.push_back(name_of(updater.last().step) + (", " + updater.last().reason) + ", " +
-                            std::to_string(bvh_hash(updater.tree())));
+                            std::to_string(tree_hash(tracer)));
     }
     return decisions;
 }

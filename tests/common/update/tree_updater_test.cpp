@@ -11,6 +11,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
 
@@ -124,7 +125,7 @@ struct Rig {
     TreeStep update(const std::vector<vec3>& positions) {
         pose.move_to(positions);
         updater.update();
-        EXPECT_EQ(check_bvh(updater.tree(), scene.topology(), positions),
+        EXPECT_EQ(check_bvh(tree_of(*tracer), scene.topology(), positions),
                   std::vector<std::string>{});
         updater.frame_done({.ms = 1, .rays = 1000});
         const UpdateTimes& times = updater.last().times;
@@ -274,7 +275,7 @@ TEST(TreeUpdater, CostRatioOfATreeFromTheBackgroundIsThatSinceItsBuild) {
 TEST(TreeUpdater, CostRatioOfACopiedTreeIsThatSinceItsBuild) {
     Rig rig;
     const auto tracer = cpu::make_cpu_backend();
-    const Bvh tree = rig.updater.tree();
+    const Bvh tree = tree_of(*rig.tracer);
     TreeUpdater copied(rig.scene.topology(), rig.pose, *tracer,
                        std::make_unique<Scripted>(std::vector<UpdateDecision>{}), {}, {}, &tree);
     rig.update(turned(rig.scene, 3));
