@@ -12,6 +12,7 @@
 #include "common/bvh/bvh.h"
 #include "common/frame_times.h"
 #include "common/image/frame.h"
+#include "common/image/lit_view.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
@@ -135,6 +136,14 @@ public:
     /// Throws Error(kCancelled) soon after the watch of watch_images() asks for it; the frame then
     /// has any pixels.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
+    /// Traces and shades an image, or does nothing and returns false: the caller shades it. Sets
+    /// `pixels`, and `linear` unless empty, which only kLit may ask for; hits and occlusion, of all
+    /// secondary rays, if `samples` is with_hits. No albedo has kTexturedBit if the kind is kLit.
+    /// Throws as trace_image().
+    virtual bool trace_lit(const LitView&, Frame& /*samples*/, std::span<std::uint32_t> /*pixels*/,
+                           std::span<LinearColour> /*linear*/) {
+        return false;
+    }
     /// Traces all views together. Throws as trace_image(), after some tiles have been taken.
     virtual void trace_views(const ViewBatch& views) = 0;
     void watch_images(const Watch& watch) { image_watch_ = watch; }

@@ -37,6 +37,14 @@ public:
     void trace_image(const ImageParams& params, Frame& frame) override {
         trace_watched([&](const Call& device) { device->trace_image(params, frame); });
     }
+    bool trace_lit(const LitView& view, Frame& samples, std::span<std::uint32_t> pixels,
+                   std::span<LinearColour> linear) override {
+        const Call device = call();
+        device->watch_images(image_watch());
+        if (!device->trace_lit(view, samples, pixels, linear)) return false;
+        times_ = device->finish();
+        return true;
+    }
     void trace_views(const ViewBatch& views) override {
         trace_watched([&](const Call& device) { device->trace_views(views); });
     }

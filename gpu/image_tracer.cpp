@@ -8,11 +8,6 @@
 namespace mray::gpu {
 namespace {
 
-void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
-    region.tile_columns = (region.width + width - 1) / width;
-    region.tile_count = region.tile_columns * ((region.height + height - 1) / height);
-}
-
 /// Sets the tiles for shading: the smallest number of tiles, and of those the widest.
 void set_shaded_tiles(RegionArguments& region) {
     std::uint32_t best = kMostShadedTileBits;
@@ -28,62 +23,14 @@ void set_shaded_tiles(RegionArguments& region) {
     region.tile_bits = best;
 }
 
+std::uint32_t rays_of_hit(const RegionArguments& region) {
+    return rays_per_hit(region.params.rays, region.params.ao_count);
+}
+
 /// The secondary rays [first, end) of a region.
 OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
                              std::uint32_t end) {
     return {region.params, region.x, region.y, region.width, first, end};
-}
-
-/// Divides an image into regions of whole tiles, as wide as possible, row by row of regions.
-class Regions {
-public:
-    explicit Regions(const ImageParams& params) : params_(params) {}
-
-    bool has_next() const { return params_.width > 0 && y_ < params_.height; }
-
-    /// The next region, of at most `tiles` tiles or as many as its row has begun with.
-    RegionArguments next(std::uint32_t tiles) {
-        const std::uint32_t columns = (params_.width + kTileSize - 1) / kTileSize;
-        if (x_ == 0) rows_ = tiles / std::min(tiles, columns);
-        const std::uint32_t width = std::max(tiles / rows_, 1u) * kTileSize;
-        RegionArguments region = {.params = params_,
-                                  .x = x_,
-                                  .y = y_,
-                                  .width = std::min(width, params_.width - x_),
-                                  .height = std::min(rows_ * kTileSize, params_.height - y_)};
-        set_tiles(region, kTileSize, kTileSize);
-        x_ += region.width;
-        if (x_ == params_.width) {
-            x_ = 0;
-            y_ += region.height;
-        }
-        return region;
-    }
-
-private:
-    const ImageParams& params_;
-    std::uint32_t x_ = 0;
-    std::uint32_t y_ = 0;
-    /// Rows of tiles of this row of regions.
-    std::uint32_t rows_ = 1;
-};
-
-/// The elements of `buffer`, or of its copy for the host.
-template <class T>
-const T* seen_by_host(const Buffer& buffer, const Buffer& copy) {
-    const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
-    return reinterpret_cast<const T*>(seen.mapped().data());
-}
-
-/// Copies the rows of a region, which are in `buffer` or its copy for the host, to the image.
-template <class T, class Allocator>
-void copy_rows(const Buffer& buffer, const Buffer& copy, const RegionArguments& region,
-               std::uint32_t image_width, std::vector<T, Allocator>& to) {
-    const T* const rows = seen_by_host<T>(buffer, copy);
-    for (std::uint32_t y = 0; y < region.height; ++y) {
-        std::copy_n(rows + std::size_t{y} * region.width, region.width,
-                    to.data() + std::size_t{region.y + y} * image_width + region.x);
-    }
 }
 
 }  // namespace
@@ -197,7 +144,8 @@ double ImageTracer::trace_regions(std::span<const RegionArguments> regions, std:
         if (packed_words_ != 0)
             kernels_.pack_hits.dispatch(commands, PackArguments{count, packed_words_},
                                         groups_of(count));
-        passes_.copy_results(commands, count, with_hits_, false, with_pixels_);
+        passes_.copy_results(commands,
+                             {.hits = with_hits_ ? count : 0, .pixels = with_pixels_ ? count : 0});
     };
     const double device_ms = context_.submit("trace views", [&](VkCommandBuffer commands) {
         passes_.begin(commands);
@@ -242,27 +190,14 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     if (is_shaded) times.shade_ms += stages.back();
 
     // A stage with suspended rays is completed, and all later stages are done again.
-    WorkHeader header = passes_.header("trace camera rays");
+    const WorkHeader header = passes_.header("trace camera rays");
     bool is_current = is_shaded || !with_pixels_;
     if (header.suspended_count != 0 && header.visible_count == 0) {
         is_current = false;
         times.trace_ms += passes_.resume(false, header.suspended_count);
-        if (samples_ != 0) {
-            times.secondary_ms +=
-                context_.submit("trace secondary rays", [&](VkCommandBuffer commands) {
-                    passes_.begin(commands);
-                    record_secondary(commands, region, batch);
-                    passes_.end(commands);
-                });
-            header = passes_.header("trace secondary rays");
-        }
-    }
-    if (samples_ != 0) {
-        const std::uint32_t ray_count = header.visible_count * samples_;
-        is_current = is_current && header.suspended_count == 0 && ray_count <= batch;
-        times.rays += ray_count;
-        times.secondary_ms += passes_.resume(true, header.suspended_count);
-        if (ray_count > batch) times.secondary_ms += trace_rest(region, batch, ray_count, watch);
+        if (samples_ != 0) trace_secondary(region, times, watch);
+    } else if (samples_ != 0) {
+        is_current = finish_secondary(region, batch, header, times, watch) && is_current;
     }
     if (is_current) return;
     times.shade_ms += context_.submit("shade", [&](VkCommandBuffer commands) {
@@ -271,13 +206,37 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     });
 }
 
+void ImageTracer::trace_secondary(const RegionArguments& region, BackendTimes& times,
+                                  const Watch& watch) {
+    const std::uint32_t batch = secondary_batch(watch);
+    times.secondary_ms += context_.submit("trace secondary rays", [&](VkCommandBuffer commands) {
+        passes_.begin(commands);
+        record_secondary(commands, region, batch);
+        passes_.end(commands);
+    });
+    finish_secondary(region, batch, passes_.header("trace secondary rays"), times, watch);
+}
+
+/// Traces what a submission of secondary rays, which has this header, left. Returns whether that
+/// was nothing.
+bool ImageTracer::finish_secondary(const RegionArguments& region, std::uint32_t batch,
+                                   const WorkHeader& header, BackendTimes& times,
+                                   const Watch& watch) {
+    const std::uint32_t ray_count = header.visible_count * rays_of_hit(region);
+    times.rays += ray_count;
+    times.secondary_ms += passes_.resume(true, header.suspended_count);
+    if (ray_count > batch) times.secondary_ms += trace_rest(region, batch, ray_count, watch);
+    return header.suspended_count == 0 && ray_count <= batch;
+}
+
 /// Records the list of visible pixels and at most `batch` secondary rays.
 void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArguments& region,
                                    std::uint32_t batch) {
     kernels_.compact.dispatch(commands, region, region.tile_count);
     // Writer: the list and its length; reader: the secondary rays.
     barrier(commands);
-    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height * samples_;
+    const std::uint64_t most_rays =
+        std::uint64_t{region.width} * region.height * rays_of_hit(region);
     // The host does not know the length of the list; groups beyond its end end at once.
     const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(most_rays, batch));
     kernels_.occlusion.dispatch(commands, secondary(region, 0, count), groups_of(count));
@@ -322,17 +281,20 @@ void ImageTracer::separate(VkCommandBuffer commands) {
 }
 
 void ImageTracer::copy_results(VkCommandBuffer commands, const RegionArguments& region) const {
-    passes_.copy_results(commands, region.width * region.height, with_hits_,
-                         with_hits_ && samples_ != 0, with_pixels_);
+    const std::uint32_t count = region.width * region.height;
+    passes_.copy_results(commands, {.hits = with_hits_ ? count : 0,
+                                    .occlusion = with_hits_ && samples_ != 0 ? count : 0,
+                                    .pixels = with_pixels_ ? count : 0});
 }
 
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) const {
     const RayBuffers& b = *passes_.buffers();
+    const CopiedRows rows = {region.x, region.y, region.width, region.height, 0, region.width};
     const std::uint32_t width = frame.width;
-    if (with_pixels_) copy_rows(b.pixels, b.pixels_copy, region, width, frame.pixels);
-    if (with_hits_) copy_rows(b.hits.buffer, b.hits_copy, region, width, frame.hits);
+    if (with_pixels_) copy_rows(b.pixels, b.pixels_copy, rows, width, frame.pixels.data());
+    if (with_hits_) copy_rows(b.hits.buffer, b.hits_copy, rows, width, frame.hits.data());
     if (with_hits_ && samples_ != 0)
-        copy_rows(b.occlusion.buffer, b.occlusion_copy, region, width, frame.occlusion);
+        copy_rows(b.occlusion.buffer, b.occlusion_copy, rows, width, frame.occlusion.data());
 }
 
 }  // namespace mray::gpu

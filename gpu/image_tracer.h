@@ -1,36 +1,15 @@
 // An image, region by region.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 
 #include "common/backend.h"
+#include "gpu/image_regions.h"
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"
 
 namespace mray::gpu {
-
-/// Finds how much a device does in tens of milliseconds: no submission can be interrupted.
-class Pace {
-public:
-    explicit Pace(std::uint32_t first) : amount_(first) {}
-
-    /// The amount for the next submission, from 1 to `most`.
-    std::uint32_t next(std::uint32_t most) const { return std::clamp(amount_, 1u, most); }
-
-    void took(std::uint32_t amount, double ms) {
-        constexpr double kWantedMs = 40;
-        // A time says little about larger amounts: regions of an image differ.
-        constexpr double kMostGrowth = 4;
-        const double factor = std::clamp(kWantedMs / std::max(ms, 1e-3), 0.0, kMostGrowth);
-        constexpr double kMost = 1u << 30;
-        amount_ = static_cast<std::uint32_t>(std::clamp(amount * factor, 1.0, kMost));
-    }
-
-private:
-    std::uint32_t amount_;
-};
 
 /// Traces and shades a region in one submission, unless rays are suspended or secondary rays exceed
 /// a batch. The arguments of the constructor must outlive it, and the kernels must be bound.
@@ -45,6 +24,9 @@ public:
     /// Traces as many views as fit in one submission, and hands them over.
     void trace_views(const ViewBatch& views, BackendTimes& times, const Watch& watch);
 
+    /// Traces the secondary rays of a region whose hits are there. The kernels must be ready.
+    void trace_secondary(const RegionArguments& region, BackendTimes& times, const Watch& watch);
+
 private:
     void prepare_kernels(const Watch& watch);
     double trace_regions(std::span<const RegionArguments> regions, std::uint32_t count);
@@ -52,6 +34,8 @@ private:
     void separate(VkCommandBuffer commands);
     void record_secondary(VkCommandBuffer commands, const RegionArguments& region,
                           std::uint32_t batch);
+    bool finish_secondary(const RegionArguments& region, std::uint32_t batch,
+                          const WorkHeader& header, BackendTimes& times, const Watch& watch);
     double trace_rest(const RegionArguments& region, std::uint32_t first, std::uint32_t ray_count,
                       const Watch& watch);
     std::uint32_t secondary_batch(const Watch& watch) const;

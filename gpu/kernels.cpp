@@ -35,6 +35,9 @@ Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
       closest(SPIRV(closest), query_steps(steps), QueryArguments{}),
       shade(SPIRV(shade), steps, kNoRegion),
       pack_hits(SPIRV(pack_hits), steps, PackArguments{}),
+      find_surfaces(SPIRV(find_surfaces), steps, LitArguments{}),
+      flat_shadows(SPIRV(flat_shadows), steps, LitArguments{}),
+      lit(SPIRV(lit), steps, LitArguments{}),
       move_bodies(SPIRV(move_bodies), steps, BodyArguments{}),
       refit_leaves(SPIRV(refit_leaves), steps, RefitArguments{}),
       refit_nodes(SPIRV(refit_nodes), steps, RefitArguments{}) {}

@@ -91,6 +91,9 @@ public:
     Kernel closest;
     Kernel shade;
     Kernel pack_hits;
+    Kernel find_surfaces;
+    Kernel flat_shadows;
+    Kernel lit;
     Kernel move_bodies;
     Kernel refit_leaves;
     Kernel refit_nodes;

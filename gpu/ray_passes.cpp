@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/base/errors.h"
+#include "common/image/lit_view.h"
 
 namespace mray::gpu {
 namespace {
@@ -64,16 +65,19 @@ void RayPasses::end(VkCommandBuffer commands) const {
     copy_start(commands, buffers_->work, buffers_->header, sizeof(WorkHeader));
 }
 
-void RayPasses::copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
-                             bool with_occlusion, bool with_pixels) const {
+void RayPasses::copy_results(VkCommandBuffer commands, const ResultCounts& counts) const {
     if (!buffers_->pixels.mapped().empty()) return;
     // Writer: the kernels; reader: the copies.
     barrier(commands);
-    const VkDeviceSize words = VkDeviceSize{4} * count;
     const RayBuffers& b = *buffers_;
-    if (with_hits) copy_start(commands, b.hits.buffer, b.hits_copy, sizeof(Hit) * count);
-    if (with_occlusion) copy_start(commands, b.occlusion.buffer, b.occlusion_copy, words);
-    if (with_pixels) copy_start(commands, b.pixels, b.pixels_copy, words);
+    const auto copy = [&](const Buffer& from, const Buffer& to, std::uint32_t count,
+                          VkDeviceSize bytes) {
+        if (count != 0) copy_start(commands, from, to, count * bytes);
+    };
+    copy(b.hits.buffer, b.hits_copy, counts.hits, sizeof(Hit));
+    copy(b.occlusion.buffer, b.occlusion_copy, counts.occlusion, 4);
+    copy(b.pixels, b.pixels_copy, counts.pixels, 4);
+    copy(b.linear, b.linear_copy, counts.linear, sizeof(LinearColour));
 }
 
 double RayPasses::submit_pass(const char* what, Reset reset_what, const Record& dispatch) {

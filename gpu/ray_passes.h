@@ -12,6 +12,14 @@
 
 namespace mray::gpu {
 
+/// How many results of each kind the host needs.
+struct ResultCounts {
+    std::uint32_t hits = 0;
+    std::uint32_t occlusion = 0;
+    std::uint32_t pixels = 0;
+    std::uint32_t linear = 0;
+};
+
 /// Brings each ray of a dispatch to an answer, with the buffers of a call.
 class RayPasses {
 public:
@@ -37,8 +45,7 @@ public:
     /// Records, after the last pass of a submission, the copy of its counters for header().
     void end(VkCommandBuffer commands) const;
     /// Records the copy of the first results to buffers that the host sees.
-    void copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
-                      bool with_occlusion, bool with_pixels) const;
+    void copy_results(VkCommandBuffer commands, const ResultCounts& counts) const;
     /// The counters of the last submission. Throws Error(kInternal) if a tree is broken.
     WorkHeader header(const char* what) const;
     /// Brings the first `count` suspended rays to an answer, the closest or any hit. Returns

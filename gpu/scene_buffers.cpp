@@ -35,11 +35,13 @@ std::size_t bytes_of_vertex(BufferKind kind) {
     return kind == BufferKind::kTexels ? sizeof(vec4) : sizeof(vec3);
 }
 
-void write_positions(BufferKind kind, std::span<const vec3> positions, std::span<std::byte> out) {
+/// Threes of words, such as positions.
+template <class Three>
+void write_threes(BufferKind kind, std::span<const Three> threes, std::span<std::byte> out) {
     if (kind == BufferKind::kTexels) {
         std::byte* to = out.data();
-        for (const vec3& position : positions) {
-            const vec4 padded(position, 0.0f);
+        for (const Three& three : threes) {
+            const glm::vec<4, typename Three::value_type> padded(three, 0);
             std::memcpy(to, &padded, sizeof padded);
             to += sizeof padded;
         }
@@ -47,7 +49,7 @@ void write_positions(BufferKind kind, std::span<const vec3> positions, std::span
     }
     // One thread would take longer than the bus.
     constexpr std::size_t kGrain = std::size_t{1} << 18;
-    const std::span<const std::byte> bytes = std::as_bytes(positions);
+    const std::span<const std::byte> bytes = std::as_bytes(threes);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bytes.size(), kGrain),
                       [&](const tbb::blocked_range<std::size_t>& part) {
                           std::memcpy(out.data() + part.begin(), bytes.data() + part.begin(),
@@ -214,7 +216,7 @@ Record SceneBuffers::set_vertices(const Buffer& to, Buffer& staged,
     for (const auto& [first, positions] : runs) {
         const VkDeviceSize begin = vertex_bytes * first;
         const VkDeviceSize size = vertex_bytes * positions.size();
-        write_positions(kind_, positions, written.mapped().subspan(begin, size));
+        write_threes(kind_, positions, written.mapped().subspan(begin, size));
         copies.push_back({.srcOffset = begin, .dstOffset = begin, .size = size});
     }
     if (!is_staged) return {};
@@ -225,6 +227,25 @@ Record SceneBuffers::set_vertices(const Buffer& to, Buffer& staged,
         // Writer: the copy; reader: kernels.
         barrier(commands);
     };
+}
+
+bool SceneBuffers::set_normals(Transfer& transfer, const VertexNormals& normals) {
+    if (normals_version_ == normals.version()) return false;
+    bool has_made = false;
+    const auto set = [&](ReadBuffer& buffer, const char* name, auto threes) {
+        std::vector<std::byte> bytes(bytes_of_vertex(kind_) * threes.size());
+        write_threes(kind_, threes, std::span(bytes));
+        if (buffer.buffer.get() == VK_NULL_HANDLE || buffer.buffer.size() < bytes.size()) {
+            buffer = ReadBuffer(*device_, kind_, name, bytes.size(), kFourWords);
+            has_made = true;
+        }
+        transfer.upload(bytes, buffer.buffer);
+    };
+    normals_version_ = 0;
+    set(normals_, "normals", normals.normals());
+    set(normal_ids_, "normals of corners", normals.ids());
+    normals_version_ = normals.version();
+    return has_made;
 }
 
 bool SceneBuffers::set_rest_positions(Transfer& transfer, std::span<const Body> bodies) {
@@ -309,6 +330,10 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     tree_.leaves.bind(bindings, kBindLeafWords, true);
     tree_.quarters.bind(bindings, kBindQuarterWords, true);
     tree_.groups.bind(bindings, kBindGroupWords, true);
+    // Kernels that shade flat triangles are bound to something, too.
+    const bool has_normals = normal_ids_.buffer.get() != VK_NULL_HANDLE;
+    (has_normals ? normals_ : positions_).bind(bindings, kBindNormals);
+    (has_normals ? normal_ids_ : positions_).bind(bindings, kBindNormalIds);
     positions_.bind(bindings, kBindMovedPositions);
     rest_positions_.bind(bindings, kBindRestPositions);
     bodies_.bind(bindings, kBindBodies);

@@ -1,6 +1,7 @@
 // A scene on the device, and its refit.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -9,6 +10,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/scene/pose.h"
+#include "common/scene/vertex_normals.h"
 #include "common/update/refit_plan.h"
 #include "gpu/kernels.h"
 
@@ -39,6 +41,13 @@ public:
     bool set_rest_positions(Transfer& transfer, std::span<const Body> bodies);
     /// Returns commands that set the positions of bodies, whose rest positions have been set.
     Record move_bodies(const Kernels& kernels, std::span<const Body> bodies) const;
+    /// False where they may be more than the device holds.
+    bool holds(const VertexNormals& normals) const {
+        return normals.normals().size() <= std::max(vertex_count_, triangle_count_);
+    }
+    /// Uploads normals that are held, unless they are there. Returns true if it has made buffers,
+    /// so that kernels must be bound again.
+    bool set_normals(Transfer& transfer, const VertexNormals& normals);
     /// Replaces the tree by one over the same triangles, or throws. Kernels must be bound again,
     /// and a refit of all must follow, which makes the boxes of quarters and groups.
     void set_tree(Transfer& transfer, const Bvh& bvh);
@@ -86,6 +95,10 @@ private:
     std::map<std::uint32_t, std::uint64_t> rest_versions_;
     ReadBuffer bodies_;
     ReadBuffer triangles_;
+    /// Made for the first lit image of smooth surfaces.
+    ReadBuffer normals_;
+    ReadBuffer normal_ids_;
+    std::uint64_t normals_version_ = 0;
     Tree tree_;
 };
 

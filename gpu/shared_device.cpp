@@ -86,11 +86,12 @@ DeviceInfo find_device(const std::string& device) {
 RayBuffers::RayBuffers(Device& device, const PassSize& pass_size, BufferKind buffer_kind)
     : size(pass_size),
       kind(buffer_kind),
-      rays(device, kind, "rays", sizeof(Ray) * size.rays(), VK_FORMAT_R32G32B32A32_UINT),
+      rays(device, kind, "rays", sizeof(Ray) * size.rays(), VK_FORMAT_R32G32B32A32_UINT, kWritten),
       hits(device, kind, "hits", sizeof(Hit) * size.rays(), VK_FORMAT_R32G32B32A32_UINT, kWritten),
       visible_pixels(device, kind, "visible pixels", 4 * size.rays(), VK_FORMAT_R32_UINT, kWritten),
       occlusion(device, kind, "occlusion", 4 * size.rays(), VK_FORMAT_R32_UINT, kWritten),
       pixels(device, "pixels", 4 * size.rays(), kWritten, Memory::kDevice),
+      linear(device, "linear colours", 12 * size.rays(), kWritten, Memory::kDevice),
       work(device, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kWritten,
            Memory::kDevice),
       states(device, "states", 4 * kStateUints * size.resume_slots, kWritten, Memory::kDevice),
@@ -102,10 +103,12 @@ RayBuffers::RayBuffers(Device& device, const PassSize& pass_size, BufferKind buf
     add_copy(hits_copy, "copy of hits", hits.buffer);
     add_copy(occlusion_copy, "copy of occlusion", occlusion.buffer);
     add_copy(pixels_copy, "copy of pixels", pixels);
+    add_copy(linear_copy, "copy of linear colours", linear);
 }
 
 void RayBuffers::add_to(Bindings& bindings) const {
     rays.bind(bindings, kBindRays);
+    bindings.buffers[kBindSurfaces] = rays.buffer.get();
     visible_pixels.bind(bindings, kBindVisiblePixels);
     bindings.buffers[kBindVisiblePixelsOut] = visible_pixels.buffer.get();
     hits.bind(bindings, kBindFoundHits);
@@ -113,6 +116,7 @@ void RayBuffers::add_to(Bindings& bindings) const {
     occlusion.bind(bindings, kBindFoundOcclusion);
     bindings.buffers[kBindOcclusion] = occlusion.buffer.get();
     bindings.buffers[kBindPixels] = pixels.get();
+    bindings.buffers[kBindLinear] = linear.get();
     bindings.buffers[kBindWork] = work.get();
     bindings.buffers[kBindStates] = states.get();
     bindings.buffers[kBindPackedHits] = hits_copy.get();

@@ -23,6 +23,8 @@ struct RayBuffers {
     ReadBuffer visible_pixels;
     ReadBuffer occlusion;
     Buffer pixels;
+    /// Three floats a pixel.
+    Buffer linear;
     Buffer work;
     Buffer states;
     /// The WorkHeader of the last submission, for the host.
@@ -32,6 +34,7 @@ struct RayBuffers {
     Buffer hits_copy;
     Buffer occlusion_copy;
     Buffer pixels_copy;
+    Buffer linear_copy;
 };
 
 /// Keeps buffers that no backend uses. Threads may share it.

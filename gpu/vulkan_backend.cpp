@@ -8,6 +8,7 @@
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
+#include "gpu/lit_tracer.h"
 #include "gpu/queries.h"
 #include "gpu/ray_passes.h"
 #include "gpu/shared_device.h"
@@ -44,7 +45,8 @@ public:
                   step_budget(physical(), tuning)),
           scene_(shared_->device, choose_buffers(physical(), tuning, {}), transfer_, Topology{}, {},
                  empty_tree()),
-          images_(context_, kernels_, passes_) {
+          images_(context_, kernels_, passes_),
+          lit_images_(context_, kernels_, passes_, images_) {
         bind();
         // A device that is lost or does not answer fails here instead of at the first image.
         context_.submit("start", [](VkCommandBuffer) {});
@@ -137,6 +139,19 @@ public:
         prepare_rays();
         const RayPasses::Use use = use_ray_buffers();
         images_.trace(params, frame, times_, image_watch());
+    }
+
+    bool trace_lit(const LitView& view, Frame& samples, std::span<std::uint32_t> pixels,
+                   std::span<LinearColour> linear) override {
+        if (!lit_images_.has_room()) return false;
+        if (view.normals != nullptr) {
+            if (!scene_.holds(*view.normals)) return false;
+            if (scene_.set_normals(transfer_, *view.normals)) bind();
+        }
+        prepare_rays();
+        const RayPasses::Use use = use_ray_buffers();
+        lit_images_.trace(view, samples, pixels, linear, times_, image_watch());
+        return true;
     }
 
     void trace_views(const ViewBatch& views) override {
@@ -293,6 +308,7 @@ private:
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
     std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;
+    LitTracer lit_images_;
     /// Null without a scene.
     const Pose* pose_ = nullptr;
     /// True while the device's tree is of an older pose.

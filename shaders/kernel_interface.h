@@ -44,7 +44,12 @@ SHARED_CONST uint kBindMovedPositions = 24u;  // uvec4 texels, or three words ea
 SHARED_CONST uint kBindRestPositions = 25u;   // as kBindPositions
 SHARED_CONST uint kBindBodies = 26u;          // uvec4, kBodyVec4s each
 SHARED_CONST uint kBindPackedHits = 27u;      // uint, the host's copy of hits, a storage buffer
-SHARED_CONST uint kBindingCount = 28u;
+// Lit images. kBindSurfaces is the memory of kBindRays, written.
+SHARED_CONST uint kBindSurfaces = 28u;   // uvec4, a unit normal towards the eye and a depth each
+SHARED_CONST uint kBindNormals = 29u;    // as kBindPositions, normals that corners share
+SHARED_CONST uint kBindNormalIds = 30u;  // as kBindPositions, for the corners of each triangle
+SHARED_CONST uint kBindLinear = 31u;     // float, three a pixel, a storage buffer
+SHARED_CONST uint kBindingCount = 32u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -104,7 +109,8 @@ struct WorkHeader {
     uint open_count;
     /// Pixels that `compact` listed, or pairs that QueryArguments::pair_room is for.
     uint visible_count;
-    uint pad0;
+    /// Samples with a hit among those that `lit` shaded.
+    uint shown_count;
     uint pad1;
     uint pad2;
 };
@@ -136,7 +142,8 @@ struct RegionArguments {
     uint tile_count;
     /// For `shade`: tiles are 2^tile_bits pixels wide.
     uint tile_bits;
-    /// For `primary` and `shade`: the index of the first answer.
+    /// For `primary` and `shade`: the index of the first answer. For `compact`: how far the counts
+    /// of occluded rays move up; 0: they are cleared.
     uint first;
 };
 
@@ -149,6 +156,49 @@ struct OcclusionArguments {
     uint width;
     uint ray_first;
     uint ray_end;
+};
+
+// In LitArguments: values of `kind`, those of LitKind; bits of `flags`.
+SHARED_CONST uint kLitPlain = 0u;
+SHARED_CONST uint kLitLit = 1u;
+SHARED_CONST uint kLitNormal = 2u;
+SHARED_CONST uint kLitDepth = 3u;
+SHARED_CONST uint kLitPrim = 4u;
+SHARED_CONST uint kLitSmooth = 1u;    // there are normals
+SHARED_CONST uint kLitLinear = 2u;    // linear colours are wanted
+SHARED_CONST uint kLitLeft = 4u;      // the first column is that of neighbours
+SHARED_CONST uint kLitAbove = 8u;     // the first row is that of neighbours
+SHARED_CONST uint kLitBetween = 16u;  // for `flat_shadows`: the second rays
+// In normal ids: a corner that has the normal of its triangle.
+SHARED_CONST uint kNoNormal = 0xFFFFFFFFu;
+// Where a sample has both, its shadow stands above the count of its ambient occlusion.
+SHARED_CONST uint kShadowShift = 16u;
+
+/// Push constants of `find_surfaces`, `flat_shadows` and `lit`: a region of samples and what its
+/// pixels show. Neighbours of its pixels' samples may surround them.
+struct LitArguments {
+    /// Camera, and what LitView has.
+    vec3 org;
+    uint kind;
+    vec3 corner;
+    uint side_bits;
+    vec3 du;
+    uint rays;
+    vec3 dv;
+    uint ao_count;
+    vec3 light;
+    float near;
+    vec3 up;
+    float per_depth;
+    uint image_height;
+    uint flags;
+    uint x;
+    uint y;
+    uint width;
+    uint height;
+    /// Pixels.
+    uint columns;
+    uint rows;
 };
 
 struct RaysArguments {
@@ -213,6 +263,7 @@ static_assert(sizeof(WorkHeader) == 32 && sizeof(Suspended) == 64);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(kRefitLanes == kWidth && kRefitLanes == kLeafVertices);
 static_assert(sizeof(RegionArguments) <= 128, "the push constants that every device has");
+static_assert(sizeof(LitArguments) <= 128);
 }  // namespace mray
 #endif
 

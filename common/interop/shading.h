@@ -18,6 +18,9 @@ SHARED_CONST float kUnlitIntensity = 0.125f;
 SHARED_CONST uint kShadowCatcherBit = 0x01000000u;
 // Another bit: the triangle has a texture.
 SHARED_CONST uint kTexturedBit = 0x02000000u;
+// Lit images average occlusion over a square of kAoSquareSide samples a side, which begins this
+// many before a sample on each axis.
+SHARED_CONST uint kAoSquareBefore = 1u;
 #endif
 
 /// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding up from 1 - rounding, in (0, 1).
@@ -132,6 +135,15 @@ SHARED Surface smooth_surface(Surface s, Float3 a, Float3 b, Float3 c, Float3 na
     return above;
 }
 
+/// Whether a sample that is in shadow has to be asked again: the smooth surface above its flat one
+/// is another and faces the light.
+SHARED Bool may_see_light(Surface flat_surface, Surface above, Float3 light) {
+    PRECISE Float3 to_light = light - flat_surface.point;
+    Float3 a = flat_surface.point;
+    Float3 b = above.point;
+    return dot3(above.normal, to_light) > 0.0f && !(a.x == b.x && a.y == b.y && a.z == b.z);
+}
+
 #ifndef SHARED_LANES
 /// From just off surface a to just off surface b.
 SHARED Ray ray_between(Surface a, Surface b) {
@@ -144,6 +156,50 @@ SHARED Ray ray_between(Surface a, Surface b) {
     return ray;
 }
 #endif
+
+/// The depth along the viewing direction of a hit at t of a camera ray; `through`:
+/// camera_direction().
+SHARED Float depth_of(Float t, Float3 through) {
+    PRECISE Float depth = t * scale_to_unit(largest_component(through));
+    return depth;
+}
+
+/// Where the camera ray with that direction has a depth.
+SHARED Float3 point_at_depth(Float3 org, Float3 through, Float depth) {
+    PRECISE Float3 p =
+        Float3(org.x + depth * through.x, org.y + depth * through.y, org.z + depth * through.z);
+    return p;
+}
+
+/// The plane of a sample's triangle, for samples beside it: the products of its normal with the
+/// sample's ray and with the steps to the next ones, and how far they may be from the plane.
+struct SamplePlane {
+    Float3 normal;
+    Float along, along_x, along_y;
+    Float offset, most;
+};
+
+SHARED SamplePlane sample_plane(Camera camera, Float3 normal, Float3 through, Float depth) {
+    Float3 du = Float3(camera.du);
+    SamplePlane p;
+    p.normal = normal;
+    p.along = dot3(normal, through);
+    p.along_x = dot3(normal, du);
+    p.along_y = dot3(normal, Float3(camera.dv));
+    PRECISE Float offset = p.along * depth;
+    PRECISE Float most = depth * (4.0f * largest_component(du));
+    p.offset = offset;
+    p.most = most;
+    return p;
+}
+
+/// Whether the sample that is (x, y) away lies in nearly the same plane, by its normal and by its
+/// distance, up to four samples. A sample without a hit has a depth of 0 or less.
+SHARED Bool is_in_plane(SamplePlane p, float x, float y, Float3 normal, Float depth) {
+    PRECISE Float beside = (p.along + p.along_y * y) + p.along_x * x;
+    PRECISE Float apart = abs(beside * depth - p.offset);
+    return depth > 0.0f && dot3(p.normal, normal) >= 0.75f && apart <= p.most;
+}
 
 /// The share of `occluded` of `count` rays that are open; both are sums of whole numbers.
 SHARED Float openness(Float occluded, Float count) {
@@ -188,6 +244,28 @@ SHARED Uint root_of_mean(Float mean) {
     Float corrected = select(mean >= above, more, select(mean < below && root > 0.0f, less, root));
     return to_uint(corrected);
 }
+
+/// The colour of a pixel by the squares of the channels of its samples: their sums, times 1 over
+/// the number of samples.
+SHARED Uint mean_colour(Uint r, Uint g, Uint b, float share) {
+    PRECISE Float mean_r = to_float(r) * share;
+    PRECISE Float mean_g = to_float(g) * share;
+    PRECISE Float mean_b = to_float(b) * share;
+    return pack_rgb(root_of_mean(mean_r), root_of_mean(mean_g), root_of_mean(mean_b));
+}
+
+#ifndef SHARED_LANES
+/// 1 over the number of samples of a pixel, a square with a side of 1, 2, 4 or 8.
+SHARED float sample_share(uint side) {
+    return side == 1u ? 1.0f : side == 2u ? 0.25f : side == 4u ? 0.0625f : 0.015625f;
+}
+
+/// How far below the top row y of an image is, from 0 to 1.
+SHARED float image_height(uint y, uint height) {
+    PRECISE float at = (to_float(y) + 0.5f) * rcp_of_positive(to_float(height));
+    return at;
+}
+#endif
 
 /// The linear colour that an albedo stands for, which is packed as by pack_rgb, linear.
 SHARED Float3 albedo_colour(Uint albedo) {

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -67,6 +68,8 @@ VertexNormals::VertexNormals(std::span<const uvec3> triangles, std::span<const u
 }
 
 void VertexNormals::update(std::span<const vec3> positions) {
+    static std::atomic<std::uint64_t> last_version = 0;
+    version_ = ++last_version;
     using Range = tbb::blocked_range<std::size_t>;
     tbb::parallel_for(Range(0, triangles_.size(), kGrain), [&](const Range& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {

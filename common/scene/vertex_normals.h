@@ -22,8 +22,11 @@ public:
 
     std::span<const uvec3> ids() const { return ids_; }
     std::span<const vec3> normals() const { return normals_; }
+    /// Differs for other normals or ids, also of other objects, for copies of them.
+    std::uint64_t version() const { return version_; }
 
 private:
+    std::uint64_t version_ = 0;
     std::vector<uvec3> triangles_, ids_;
     /// The corners of normal i are users_[begins_[i]] up to users_[begins_[i + 1]]: 3 * prim_id,
     /// and the number of the corner.

@@ -11,7 +11,7 @@
 #include <hwy/highway.h>
 
 #include "common/base/aligned_vector.h"
-#include "cpu/image/shown_triangles-inl.h"
+#include "cpu/image/triangle_corners-inl.h"
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,12 +23,13 @@ namespace mray::cpu::HWY_NAMESPACE {
 HWY_INLINE void load_corner_normals(const LitSamples& samples, UintVec prim,
                                     const lanes::Float3& flat, lanes::Float3 corners[3]) {
     UintVec ids[3];
-    load_threes(kUints, &samples.normal_ids.front().x, prim, samples.normal_ids.size(), ids);
+    const std::span<const uvec3> triangles = samples.view.normals->ids();
+    const std::span<const vec3> normals = samples.view.normals->normals();
+    load_threes(kUints, &triangles.front().x, prim, triangles.size(), ids);
     for (int k = 0; k < 3; ++k) {
         const auto is_flat = ids[k] == splat(kFlatCorner);
         FloatVec n[3];
-        load_threes(kFloats, &samples.normals.front().x, zero_unless(!is_flat, ids[k]),
-                    samples.normals.size(), n);
+        load_threes(kFloats, &normals.front().x, zero_unless(!is_flat, ids[k]), normals.size(), n);
         corners[k] = select(is_flat, flat, lanes::corner_normal(lanes::Float3(n), flat));
     }
 }
@@ -45,7 +46,7 @@ public:
         const std::size_t size = (count_ + kLanes - 1) / kLanes * kLanes + kLanes;
         if (albedo_.size() < size) {
             albedo_.resize(size);
-            for (auto& plane : std::span(planes_).first(samples.normal_ids.empty() ? 3 : 12))
+            for (auto& plane : std::span(planes_).first(samples.view.normals == nullptr ? 3 : 12))
                 plane.resize(size);
         }
         has_degenerate_ = false;
@@ -118,7 +119,7 @@ private:
               albedo_.data() + at);
         has_degenerate_ =
             has_degenerate_ || !hn::AllTrue(kFloats, largest_component(across) > zero());
-        if (samples.normal_ids.empty()) return;
+        if (samples.view.normals == nullptr) return;
         lanes::Float3 corners[3];
         load_corner_normals(samples, prim, flat, corners);
         for (std::size_t k = 0; k < 3; ++k) put(corners[k], 3 + 3 * k, at);
@@ -146,11 +147,11 @@ private:
 /// The lanes whose smooth surface differs and faces the light. Lane i has the hit x[i] of row y.
 HWY_INLINE Mask is_smooth_lit(const LitSamples& s, const std::uint32_t* x, std::uint32_t y) {
     alignas(64) Hit hits[kLanes];
-    const Hit* const row = &s.hits[std::size_t{y} * s.params.width];
+    const Hit* const row = &s.hits[std::size_t{y} * s.view.params.width];
     for (std::size_t i = 0; i < kLanes; ++i) hits[i] = row[x[i]];
     FloatVec t, u, v, prim;
     hn::LoadInterleaved4(kFloats, &hits[0].t, t, u, v, prim);
-    const Camera& camera = s.params.camera;
+    const Camera& camera = s.view.params.camera;
     const lanes::Float3 dir =
         lanes::canonical_direction(lanes::camera_direction(camera, load_unaligned(x), splat(y)));
     lanes::Float3 corners[3], normals[3];
@@ -160,17 +161,14 @@ HWY_INLINE Mask is_smooth_lit(const LitSamples& s, const std::uint32_t* x, std::
     load_corner_normals(s, as_uint(prim), flat.normal, normals);
     const lanes::Surface above = lanes::smooth_surface(flat, corners[0], corners[1], corners[2],
                                                        normals[0], normals[1], normals[2], u, v);
-    const lanes::Float3 to_light = lanes::Float3(s.params.light) - flat.point;
-    const Mask is_same = (above.point.x == flat.point.x) & (above.point.y == flat.point.y) &
-                         (above.point.z == flat.point.z);
-    return and_not(is_same, lanes::dot3(above.normal, to_light) > zero());
+    return lanes::may_see_light(flat, above, lanes::Float3(s.view.params.light));
 }
 
 void find_flat_shadows_of_row(const LitSamples& s, std::uint32_t y,
                               std::vector<std::uint32_t>& xs) {
     xs.clear();
-    const std::size_t first = std::size_t{y} * s.params.width;
-    for (std::uint32_t x = 0; x < s.params.width; ++x)
+    const std::size_t first = std::size_t{y} * s.view.params.width;
+    for (std::uint32_t x = 0; x < s.view.params.width; ++x)
         if (s.shadows[first + x] != 0 && s.hits[first + x].prim_id != kNoPrim) xs.push_back(x);
     const std::size_t count = xs.size();
     if (count == 0) return;
@@ -283,7 +281,7 @@ HWY_INLINE lanes::Float3 base_colours(const LitSamples& s, UintVec albedo, UintV
     store(through.x, dirs[0]);
     store(through.y, dirs[1]);
     store(through.z, dirs[2]);
-    const vec3 du = s.params.camera.du;
+    const vec3 du = s.view.params.camera.du;
     const double spacing_squared = double{du.x} * du.x + double{du.y} * du.y + double{du.z} * du.z;
     // Texels lie anywhere in memory, and samples differ in textures and levels, so each sample
     // takes lanes of its own: four coordinates, then four channels.
@@ -342,14 +340,10 @@ public:
                 }
             }
         }
-        const float share = 1.0f / static_cast<float>(side_ * side_);
+        const float share = sample_share(side_);
         for (std::size_t x = 0; x < width; x += kLanes) {
-            UintVec channels[3];
-            for (std::uint32_t k = 0; k < 3; ++k) {
-                channels[k] = lanes::root_of_mean(
-                    lanes::to_float(load_unaligned(sums_[k].data() + x)) * share);
-            }
-            const UintVec colour = lanes::pack_rgb(channels[0], channels[1], channels[2]);
+            const auto sum = [&](std::size_t k) { return load_unaligned(sums_[k].data() + x); };
+            const UintVec colour = lanes::mean_colour(sum(0), sum(1), sum(2), share);
             if (width - x >= kLanes) {
                 store_unaligned(colour, pixels + x);
             } else {
@@ -367,8 +361,8 @@ private:
 
 // ---- Rows of samples
 
-// The square of samples whose occlusion is averaged: from this many before a sample on each axis.
-inline constexpr int kSquareBefore = 1;
+// The square of samples whose occlusion is averaged, from a sample on.
+inline constexpr int kSquareBefore = static_cast<int>(kAoSquareBefore);
 inline constexpr int kSquareAfter = static_cast<int>(kAoSquareSide) - 1 - kSquareBefore;
 
 inline constexpr std::uint32_t kNoColour = 0xFF000000u;
@@ -402,9 +396,9 @@ class LitRows {
 public:
     LitRows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end, bool with_linear)
         : s_(samples),
-          width_(samples.params.width),
-          height_(samples.params.height),
-          side_bits_(std::countr_zero(samples.side)),
+          width_(samples.view.params.width),
+          height_(samples.view.params.height),
+          side_bits_(std::countr_zero(samples.view.side)),
           colours_((width_ + kLanes - 1) / kLanes * kLanes) {
         if (with_linear)
             for (AlignedVector<float>& plane : linear_) plane.resize(colours_.size());
@@ -425,17 +419,16 @@ public:
 
     /// The colours of a row of [begin, end); valid until the next call.
     const std::uint32_t* shade(std::uint32_t y) {
-        if (s_.kind == LitKind::kPlain) {
+        if (s_.view.kind == LitKind::kPlain) {
             std::copy_n(&s_.colours[std::size_t{y} * width_], width_, colours_.begin());
             return colours_.data();
         }
         if (!has_neighbours()) find_surfaces(y, rows_[0]);
         for (std::uint32_t x = 0; x < width_; x += kLanes) {
             const SampleLanes samples = load_samples(x, y);
-            const float height =
-                (static_cast<float>(y) + 0.5f) * rcp_of_positive(static_cast<float>(height_));
+            const float height = image_height(y, height_);
             UintVec colour = splat(kNoColour);
-            if (s_.kind == LitKind::kLit) {
+            if (s_.view.kind == LitKind::kLit) {
                 colour = light(samples, splat(height));
             } else if (!none(samples.visible)) {
                 colour = select(uint_mask(samples.visible), false_colour(samples), colour);
@@ -449,7 +442,7 @@ public:
     const float* linear(std::size_t channel) const { return linear_[channel].data(); }
 
 private:
-    bool has_neighbours() const { return s_.ao_count > 0; }
+    bool has_neighbours() const { return s_.view.ao_count > 0; }
 
     SampleLanes load_samples(std::uint32_t x, std::uint32_t y) const {
         const Hit* from = &s_.hits[std::size_t{y} * width_ + x];
@@ -484,12 +477,11 @@ private:
                 continue;
             }
             const lanes::Float3 through =
-                lanes::camera_direction(s_.params.camera, samples.x, samples.y);
+                lanes::camera_direction(s_.view.params.camera, samples.x, samples.y);
             const lanes::Float3 dir = lanes::canonical_direction(through);
             const lanes::Float3 n = own_normals(row.runs, {row.runs, x}, dir);
             const lanes::Float3 normal = select(dot3(n, dir) > zero(), -n, n);
-            const FloatVec depth =
-                samples.t * lanes::scale_to_unit(lanes::largest_component(through));
+            const FloatVec depth = lanes::depth_of(samples.t, through);
             store(normal.x, row.x.data() + at);
             store(normal.y, row.y.data() + at);
             store(normal.z, row.z.data() + at);
@@ -518,17 +510,12 @@ private:
                 load_unaligned(row.z.data() + at)};
     }
 
-    /// The share of the sky that samples see. A neighbour counts if it lies in nearly the same
-    /// plane: by its normal, and by its distance from the plane, up to four samples.
+    /// The share of the sky that samples see.
     FloatVec open_of(const SampleLanes& samples, const lanes::Float3& n,
                      const lanes::Float3& through, FloatVec depth) const {
         if (!has_neighbours()) return splat(1.0f);
-        const Camera& camera = s_.params.camera;
-        const FloatVec along = lanes::dot3(n, through);
-        const FloatVec along_x = lanes::dot3(n, lanes::Float3(camera.du));
-        const FloatVec along_y = lanes::dot3(n, lanes::Float3(camera.dv));
-        const FloatVec plane = along * depth;
-        const FloatVec most = depth * splat(4.0f * mray::largest_component(camera.du));
+        const lanes::SamplePlane plane =
+            lanes::sample_plane(s_.view.params.camera, n, through, depth);
         FloatVec occluded = zero();
         FloatVec count = zero();
         const std::uint32_t x = hn::GetLane(samples.x);
@@ -537,27 +524,25 @@ private:
             const std::int64_t at_y = std::int64_t{y} + dy;
             if (at_y < 0 || at_y >= std::int64_t{height_}) continue;
             const SurfaceRow& other = row(static_cast<std::uint32_t>(at_y));
-            const FloatVec along_row = along + along_y * static_cast<float>(dy);
             for (int dx = -kSquareBefore; dx <= kSquareAfter; ++dx) {
                 const std::size_t at = static_cast<std::size_t>(std::int64_t{x} + dx) + kPad;
-                const FloatVec other_depth = load_unaligned(other.depth.data() + at);
-                const FloatVec beside = along_row + along_x * static_cast<float>(dx);
-                const FloatVec apart = abs(beside * other_depth - plane);
-                const FloatVec alike = lanes::dot3(n, normal_at(other, at));
-                const Mask counts = (other_depth > 0.0f) & (alike >= 0.75f) & (apart <= most);
+                const Mask counts = lanes::is_in_plane(plane, static_cast<float>(dx),
+                                                       static_cast<float>(dy), normal_at(other, at),
+                                                       load_unaligned(other.depth.data() + at));
                 occluded =
                     occluded + zero_unless(counts, load_unaligned(other.occluded.data() + at));
                 count = count + zero_unless(counts, splat(1.0f));
             }
         }
-        return lanes::openness(occluded, max(count, splat(1.0f)) * static_cast<float>(s_.ao_count));
+        return lanes::openness(occluded,
+                               max(count, splat(1.0f)) * static_cast<float>(s_.view.ao_count));
     }
 
     /// The unit normals to shade with, on the side of the eye; `flat`: those of the triangles.
     lanes::Float3 shading_normals(const SampleLanes& samples, const TriangleRuns& runs,
                                   const TriangleRuns::RunLookup& at, const lanes::Float3& through,
                                   const lanes::Float3& flat) const {
-        if (s_.normal_ids.empty()) return flat;
+        if (s_.view.normals == nullptr) return flat;
         const lanes::Float3 dir = lanes::canonical_direction(through);
         const lanes::Float3 own = own_normals(runs, at, dir);
         lanes::Float3 corners[3] = {runs.corner(at, 0), runs.corner(at, 1), runs.corner(at, 2)};
@@ -574,10 +559,10 @@ private:
         const lanes::Float3 flat = normal_at(own, at);
         const FloatVec depth = max(load_unaligned(own.depth.data() + at), zero());
         const lanes::Float3 through =
-            lanes::camera_direction(s_.params.camera, samples.x, samples.y);
-        if (s_.kind == LitKind::kDepth)
-            return lanes::depth_colour(depth, splat(s_.near), splat(s_.per_depth));
-        if (s_.kind == LitKind::kPrim)
+            lanes::camera_direction(s_.view.params.camera, samples.x, samples.y);
+        if (s_.view.kind == LitKind::kDepth)
+            return lanes::depth_colour(depth, splat(s_.view.near), splat(s_.view.per_depth));
+        if (s_.view.kind == LitKind::kPrim)
             return lanes::prim_colour(samples.prim, lanes::dot3(flat, lanes::unit(through)));
         const TriangleRuns::RunLookup place(own.runs, hn::GetLane(samples.x));
         return lanes::normal_colour(shading_normals(samples, own.runs, place, through, flat));
@@ -614,13 +599,12 @@ private:
         const lanes::Float3 flat = normal_at(own, x + kPad);
         const FloatVec depth = max(load_unaligned(own.depth.data() + x + kPad), zero());
         const lanes::Float3 through =
-            lanes::camera_direction(s_.params.camera, samples.x, samples.y);
+            lanes::camera_direction(s_.view.params.camera, samples.x, samples.y);
         const TriangleRuns::RunLookup place(own.runs, x);
         const lanes::Float3 n = shading_normals(samples, own.runs, place, through, flat);
-        const lanes::Float3 org(s_.params.camera.org);
-        const lanes::Float3 point(org.x + depth * through.x, org.y + depth * through.y,
-                                  org.z + depth * through.z);
-        const lanes::Float3 to_light = lanes::unit(lanes::Float3(s_.params.light) - point);
+        const lanes::Float3 point =
+            lanes::point_at_depth(lanes::Float3(s_.view.params.camera.org), through, depth);
+        const lanes::Float3 to_light = lanes::unit(lanes::Float3(s_.view.params.light) - point);
         alignas(64) std::uint32_t shadows[kLanes] = {};
         const std::size_t count = std::min<std::size_t>(kLanes, width_ - x);
         std::copy_n(&s_.shadows[std::size_t{y} * width_ + x], count, shadows);
@@ -629,7 +613,7 @@ private:
         const UintVec albedo = own.runs.albedo(place);
         const lanes::Float3 base =
             base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
-        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base),
+        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.view.up), base),
                      splat(0.5f)};
         const Mask is_shadow_catcher =
             float_mask((albedo & kShadowCatcherBit) == splat(kShadowCatcherBit));
@@ -656,7 +640,7 @@ private:
 /// last one ends them.
 void add_linear(const LitRows& rows, std::uint32_t k, std::uint32_t side,
                 std::span<LinearColour> pixels) {
-    const float share = 1.0f / static_cast<float>(side * side);
+    const float share = sample_share(side);
     for (std::size_t x = 0; x < pixels.size(); ++x) {
         if (k == 0) pixels[x] = {};
         for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -669,11 +653,11 @@ void add_linear(const LitRows& rows, std::uint32_t k, std::uint32_t side,
 
 void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
                     std::uint32_t* pixels, LinearColour* linear) {
-    const std::uint32_t side = samples.side;
-    const std::size_t width = samples.params.width / side;
-    const bool with_linear = linear != nullptr && samples.kind == LitKind::kLit;
+    const std::uint32_t side = samples.view.side;
+    const std::size_t width = samples.view.params.width / side;
+    const bool with_linear = linear != nullptr && samples.view.kind == LitKind::kLit;
     LitRows rows(samples, begin * side, end * side, with_linear);
-    PixelSums sums(samples.params.width, side);
+    PixelSums sums(samples.view.params.width, side);
     for (std::uint32_t y = begin; y < end; ++y, pixels += width) {
         sums.clear();
         for (std::uint32_t k = 0; k < side; ++k) {
@@ -681,7 +665,7 @@ void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_
             if (side == 1) {
                 std::copy_n(colours, width, pixels);
             } else {
-                sums.add(colours, samples.params.width);
+                sums.add(colours, samples.view.params.width);
             }
             if (with_linear) add_linear(rows, k, side, {linear, width});
         }

@@ -1,54 +1,35 @@
 // Lit images and false colours, from the hits of camera rays, with SIMD.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "common/interop/camera.h"
+#include "common/image/lit_view.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
-#include "common/scene/vertex_normals.h"
 #include "common/simd/simd_target.h"
 #include "cpu/image/texture.h"
 
 namespace mray::cpu {
 
-/// kPlain: the colours of the samples are given.
-enum class LitKind { kPlain, kLit, kNormal, kDepth, kPrim };
-
-/// The traced samples of an image and what their shading needs. A pixel has side * side samples;
-/// params has their camera, width and height. Arrays have one entry a sample, row by row.
+/// The traced samples of an image and what their shading needs. Arrays have one entry a sample, row
+/// by row.
 struct LitSamples {
-    const ImageParams& params;
-    std::uint32_t side;
-    LitKind kind;
-    vec3 up;
-    /// For kDepth, as in depth_colour().
-    float near;
-    float per_depth;
-
+    const LitView& view;
     const Topology& topology;
     std::span<const vec3> positions;
-    /// For each triangle the normals of its corners; kFlatCorner: none. Empty: all are flat.
-    std::span<const uvec3> normal_ids;
-    std::span<const vec3> normals;
     /// The textures of the triangles whose albedo has kTexturedBit.
     TexturedTriangles textures = {};
 
     std::span<const Hit> hits;
     /// For kLit: 1 where the light does not reach the hit, else 0.
     std::span<const std::uint32_t> shadows;
-    /// How many of a sample's ao_count ambient-occlusion rays are occluded; 0: no rays.
+    /// How many of a sample's view.ao_count ambient-occlusion rays are occluded.
     std::span<const std::uint32_t> occlusion;
-    std::uint32_t ao_count;
     /// For kPlain: the colours.
     std::span<const std::uint32_t> colours;
 };
-
-/// Red, green and blue, linear, the mean of a pixel's samples.
-using LinearColour = std::array<float, 3>;
 
 /// Shades images with the bits of common/interop/shading.h. The occlusion of a sample is the mean
 /// over the square of kAoSquareSide samples a side around it, without those on other surfaces (A.
@@ -57,7 +38,7 @@ using LinearColour = std::array<float, 3>;
 struct LitShader {
     explicit LitShader(SimdTarget target);
 
-    /// Writes rows [begin, end) of the image, of params.width / side pixels each, to `pixels`,
+    /// Writes rows [begin, end) of the image, of view.params.width / side pixels each, to `pixels`,
     /// which points to row `begin`. With kLit, and unless null, `linear` gets the same rows.
     /// Threads may write rows of the same image at the same time.
     void (*shade_rows)(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
@@ -65,7 +46,7 @@ struct LitShader {
 
     /// Sets `xs` to the samples x of row y in shadow whose smooth surface (smooth_surface() of
     /// common/interop/shading.h) faces the light and is another than the flat one, in order. The
-    /// samples have normal_ids and `shadows`. Thread-safe.
+    /// samples have view.normals and `shadows`. Thread-safe.
     void (*find_flat_shadows)(const LitSamples& samples, std::uint32_t y,
                               std::vector<std::uint32_t>& xs);
 };

@@ -10,7 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/image/shown_triangles-inl.h"
+#include "cpu/image/triangle_corners-inl.h"
 #include "cpu/packet/camera_candidates-inl.h"
 #include "cpu/simd/rounding_bounds.h"
 
@@ -44,7 +44,7 @@ struct PixelBlock {
     }
 };
 
-constexpr std::uint32_t kStripSide = ShownTriangles::kMostPixels / kBlockSide;
+constexpr std::uint32_t kStripSide = 64;
 
 template <class Visit>
 HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
@@ -165,8 +165,6 @@ public:
             find(*packet.hit_leaves[i].leaf, topology, leaves_[i]);
     }
 
-    bool empty() const { return leaves_.empty(); }
-
     /// True if a triangle has two parallel edges, so that its normal is undefined.
     bool has_degenerate() const { return has_degenerate_; }
 
@@ -252,70 +250,50 @@ HWY_INLINE lanes::Float3 directions_of(const ImageRegion& region, const PixelLan
         lanes::camera_direction(region.params.camera, pixels.x, pixels.y));
 }
 
-/// The surfaces that the pixels of a region show, block by block of its strips.
+/// The surfaces that the pixels of a region show.
 class ShownSurfaces {
 public:
-    explicit ShownSurfaces(const ImageRegion& region) : region_(region) {}
-
-    /// Goes to the first block of a strip.
-    void begin(const Tile& strip) {
-        if (region_.packet != nullptr) {
-            if (leaves_.empty()) leaves_.find(*region_.packet, *region_.mesh.topology);
-            return;
-        }
-        triangles_.clear();
-        next_ = 0;
-        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                const PixelLanes pixels = load_pixels(region_, block, i);
-                // Where nothing is visible there may be no triangles.
-                if (!none(pixels.visible)) triangles_.add(pixels.prim);
-            }
-        });
-        triangles_.load(region_.mesh);
+    explicit ShownSurfaces(const ImageRegion& region, bool is_used = true) : region_(region) {
+        if (is_used && region.packet != nullptr)
+            leaves_.find(*region.packet, *region.mesh.topology);
     }
 
-    /// The surfaces of pixels i and following of a block, of which one is visible. After begin()
-    /// all such pixels of the strip have to come in order.
-    HWY_INLINE lanes::Surface next(const PixelBlock& block, std::uint32_t i,
-                                   const PixelLanes& pixels, const lanes::Float3& dir) {
+    /// The surfaces of pixels i and following of a block, of which one is visible.
+    HWY_INLINE lanes::Surface at(const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
+                                 const lanes::Float3& dir) {
         const lanes::Float3 org(region_.params.camera.org);
-        lanes::Float3 normals;
+        const Topology& topology = *region_.mesh.topology;
         if (region_.packet != nullptr) {
             const CameraPacket& packet = *region_.packet;
             const std::uint32_t ray =
                 camera_packet_ray(block.x - packet.first_x, block.y - packet.first_y) + i;
+            lanes::Float3 normals;
             leaves_.look_up(packet.candidate + ray, normals, albedos_);
+            if (HWY_LIKELY(!leaves_.has_degenerate()))
+                return lanes::surface_with(org, dir, pixels.t, normals);
         } else {
-            normals = triangles_.normals(next_);
-            albedos_ = triangles_.albedos(next_++);
+            albedos_ = hn::GatherIndex(kUints, topology.albedo.data(), as_int(pixels.prim));
         }
-        if (HWY_UNLIKELY(triangles_.has_degenerate() || leaves_.has_degenerate())) {
-            lanes::Float3 v[3];
-            load_corners(*region_.mesh.topology, region_.mesh.positions, pixels.prim, v);
-            return lanes::surface_of(org, dir, pixels.t, v[0], v[1], v[2]);
-        }
-        return lanes::surface_with(org, dir, pixels.t, normals);
+        lanes::Float3 v[3];
+        load_corners(topology, region_.mesh.positions, pixels.prim, v);
+        return lanes::surface_of(org, dir, pixels.t, v[0], v[1], v[2]);
     }
 
+    /// Those of the last call of at().
     HWY_INLINE UintVec albedos() const { return albedos_; }
 
 private:
     const ImageRegion& region_;
     LeafNormals leaves_;
-    ShownTriangles triangles_;
-    std::uint32_t next_ = 0;
     UintVec albedos_;
 };
 
-/// Writes occlusion and, if the frame has pixels, colours of a region. begin(strip) comes before
-/// the blocks of a strip. shade(block, i, behind, occlusion) sets the numbers of occluded rays, 0
-/// before, of pixels i and following of a block, and returns their colours; behind: those of the
-/// background.
-template <class Begin, class Shade>
-HWY_INLINE void shade_region(const ImageRegion& region, Begin begin, Shade shade) {
+/// Writes occlusion and, if the frame has pixels, colours of a region. shade(block, i, behind,
+/// occlusion) sets the numbers of occluded rays, 0 before, of pixels i and following of a block,
+/// and returns their colours; behind: those of the background.
+template <class Shade>
+HWY_INLINE void shade_region(const ImageRegion& region, Shade shade) {
     for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
-        begin(strip);
         alignas(64) std::uint32_t behind[kBlockRays];
         for (std::uint32_t i = 0; i < kBlockRays; ++i)
             behind[i] = background(strip.y0 + (i & kRowMask), region.params.height);
@@ -337,22 +315,17 @@ HWY_INLINE void shade_region(const ImageRegion& region, Begin begin, Shade shade
 
 void shade_camera_region(const ImageRegion& region) {
     const bool with_pixels = region.frame.with_pixels;
-    ShownSurfaces surfaces(region);
-    shade_region(
-        region,
-        [&](const Tile& strip) HWY_ATTR {
-            if (with_pixels) surfaces.begin(strip);
-        },
-        [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t*) HWY_ATTR {
-            if (!with_pixels) return behind;
-            const PixelLanes pixels = load_pixels(region, block, i);
-            if (none(pixels.visible)) return behind;
-            const lanes::Float3 dir = directions_of(region, pixels);
-            const lanes::Surface s = surfaces.next(block, i, pixels, dir);
-            const FloatVec intensity = lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
-            return select(uint_mask(pixels.visible), colours_of(intensity, surfaces.albedos()),
-                          behind);
-        });
+    ShownSurfaces surfaces(region, with_pixels);
+    shade_region(region, [&](const PixelBlock& block, std::uint32_t i, UintVec behind,
+                             std::uint32_t*) HWY_ATTR {
+        if (!with_pixels) return behind;
+        const PixelLanes pixels = load_pixels(region, block, i);
+        if (none(pixels.visible)) return behind;
+        const lanes::Float3 dir = directions_of(region, pixels);
+        const lanes::Surface s = surfaces.at(block, i, pixels, dir);
+        const FloatVec intensity = lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
+        return select(uint_mask(pixels.visible), colours_of(intensity, surfaces.albedos()), behind);
+    });
 }
 
 ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOriginRays* rays,
@@ -361,7 +334,6 @@ ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOrig
     ShownSurfaces surfaces(region);
     const lanes::Float3 light(region.params.light);
     for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
-        surfaces.begin(strip);
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             const std::uint32_t index = block.ray_index(region) / kBlockRays;
             SharedOriginRays& to = rays[index];
@@ -374,7 +346,7 @@ ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOrig
                 if (!none(pixels.visible)) {
                     counts.hits += count(pixels.visible);
                     const lanes::Surface s =
-                        surfaces.next(block, i, pixels, directions_of(region, pixels));
+                        surfaces.at(block, i, pixels, directions_of(region, pixels));
                     const Mask traced = pixels.visible & faces_light(s, light);
                     if (region.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
                     if (!none(traced)) {
@@ -404,22 +376,20 @@ ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOrig
 void shade_shadows_of_region(const ImageRegion& region, const std::uint8_t* occluded,
                              const LitPixels* lit) {
     const hn::Rebind<std::uint8_t, UintTag> bytes;
-    shade_region(
-        region, [](const Tile&) HWY_ATTR {},
-        [&](const PixelBlock& block, std::uint32_t i, UintVec behind,
-            std::uint32_t* occlusion) HWY_ATTR {
-            const std::uint32_t index = block.ray_index(region);
-            const LitPixels& pixels = lit[index / kBlockRays];
-            const FloatVec intensity = load(pixels.intensity + i);
-            const Mask visible = intensity > zero();
-            const UintVec is_occluded = zero_unless(
-                uint_mask(visible), hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index + i)));
-            store(is_occluded, occlusion);
-            if (!region.frame.with_pixels || none(visible)) return behind;
-            const FloatVec value =
-                select(float_mask(is_occluded > 0u), splat(kUnlitIntensity), intensity);
-            return select(uint_mask(visible), colours_of(value, load(pixels.albedo + i)), behind);
-        });
+    shade_region(region, [&](const PixelBlock& block, std::uint32_t i, UintVec behind,
+                             std::uint32_t* occlusion) HWY_ATTR {
+        const std::uint32_t index = block.ray_index(region);
+        const LitPixels& pixels = lit[index / kBlockRays];
+        const FloatVec intensity = load(pixels.intensity + i);
+        const Mask visible = intensity > zero();
+        const UintVec is_occluded = zero_unless(
+            uint_mask(visible), hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index + i)));
+        store(is_occluded, occlusion);
+        if (!region.frame.with_pixels || none(visible)) return behind;
+        const FloatVec value =
+            select(float_mask(is_occluded > 0u), splat(kUnlitIntensity), intensity);
+        return select(uint_mask(visible), colours_of(value, load(pixels.albedo + i)), behind);
+    });
 }
 
 struct alignas(16) HalfRay {
@@ -456,14 +426,13 @@ void make_ao_rays_of_region(const ImageRegion& region, std::vector<Ray>& rays) {
     rays.clear();
     ShownSurfaces surfaces(region);
     for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
-        surfaces.begin(strip);
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
                 const PixelLanes pixels = load_pixels(region, block, i);
                 const std::uint32_t visible = bits_of(pixels.visible);
                 if (visible == 0) continue;
                 const lanes::Surface s =
-                    surfaces.next(block, i, pixels, directions_of(region, pixels));
+                    surfaces.at(block, i, pixels, directions_of(region, pixels));
                 const lanes::Float3 org = off_surface(s, s.size);
                 alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
                 hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
@@ -491,23 +460,21 @@ void make_ao_rays_of_region(const ImageRegion& region, std::vector<Ray>& rays) {
 void shade_ao_of_region(const ImageRegion& region, const std::uint8_t* occluded) {
     const std::uint32_t count = region.params.ao_count;
     const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
-    shade_region(
-        region, [](const Tile&) HWY_ATTR {},
-        [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t* occlusion)
-            HWY_ATTR {
-                const PixelLanes pixels = load_pixels(region, block, i);
-                if (none(pixels.visible)) return behind;
-                for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
-                    std::uint32_t& sum = occlusion[first_bit(left)];
-                    for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
-                }
-                if (!region.frame.with_pixels) return behind;
-                const UintVec open = splat(count) - load(occlusion);
-                const UintVec albedo = hn::GatherIndex(kUints, region.mesh.topology->albedo.data(),
-                                                       as_int(pixels.prim));
-                return select(uint_mask(pixels.visible),
-                              colours_of(lanes::to_float(open) * per_ray, albedo), behind);
-            });
+    shade_region(region, [&](const PixelBlock& block, std::uint32_t i, UintVec behind,
+                             std::uint32_t* occlusion) HWY_ATTR {
+        const PixelLanes pixels = load_pixels(region, block, i);
+        if (none(pixels.visible)) return behind;
+        for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
+            std::uint32_t& sum = occlusion[first_bit(left)];
+            for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+        }
+        if (!region.frame.with_pixels) return behind;
+        const UintVec open = splat(count) - load(occlusion);
+        const UintVec albedo =
+            hn::GatherIndex(kUints, region.mesh.topology->albedo.data(), as_int(pixels.prim));
+        return select(uint_mask(pixels.visible),
+                      colours_of(lanes::to_float(open) * per_ray, albedo), behind);
+    });
 }
 
 }  // namespace mray::cpu::HWY_NAMESPACE

@@ -60,8 +60,10 @@ public:
         }
         guest.back().x = std::numeric_limits<float>::quiet_NaN();
         const std::span all(triangles_);
+        const std::span some = all.first(std::size_t{3} * kVertices);
         const std::vector<MeshView> meshes = {
-            {packed(body_), all}, {packed(sheet_), all.first(std::size_t{3} * kVertices)}};
+            {.positions = packed(body_), .triangles = all, .appearance = {.smooth = all}},
+            {.positions = packed(sheet_), .triangles = some, .appearance = {.smooth = some}}};
         Scene scene = Scene::build(meshes, device,
                                    {.bounds = Box{{-6, -6, -6}, {6, 6, 6}}, .update = Every{2}});
         add_answers(scene, Rays::shadow);
@@ -116,6 +118,7 @@ private:
         ask(scene);
         render(scene, rays_of_image);
         if (!step_) return;
+        if (rays_of_image == Rays::ao) render_lit(scene);
         // NaNs of other processors may have other bits, so trees are no part of kDigest.
         mray::Bvh tree;
         engine::backend(scene).read_tree(tree);
@@ -198,6 +201,18 @@ private:
         scene.render({&view, 1}, others);
         hasher_.add(depth).add(prim_id).add(uv);
         end_step("depths");
+    }
+
+    /// No part of kDigest either.
+    void render_lit(const Scene& scene) {
+        mray::Hasher hasher;
+        for (const Shading shading :
+             {Shading::plain, Shading::lit, Shading::normal, Shading::depth, Shading::prim}) {
+            const Image image = scene.render(
+                {.width = 48, .height = 32, .shading = shading, .samples = 4, .linear = true});
+            hasher.add(image.hits).add(image.occlusion).add(image.pixels).add(image.linear);
+        }
+        step_("lit images", hasher.digest());
     }
 
     const std::uint32_t questions_;

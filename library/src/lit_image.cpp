@@ -16,7 +16,7 @@
 namespace morphray::detail {
 namespace {
 
-using mray::cpu::LitKind;
+using mray::LitKind;
 
 /// Both name the kinds in one order.
 static_assert(static_cast<int>(Shading::prim) == static_cast<int>(LitKind::kPrim));
@@ -168,7 +168,7 @@ private:
 /// The smooth surface above a hit of a flat one; nothing if all corners are flat.
 std::optional<mray::Surface> surface_above(const mray::cpu::LitSamples& samples,
                                            const mray::Surface& flat, const mray::Hit& hit) {
-    const mray::uvec3 ids = samples.normal_ids[hit.prim_id];
+    const mray::uvec3 ids = samples.view.normals->ids()[hit.prim_id];
     const mray::uvec3 t = samples.topology.triangles[hit.prim_id];
     mray::vec3 places[3], normals[3];
     bool is_flat = true;
@@ -176,7 +176,7 @@ std::optional<mray::Surface> surface_above(const mray::cpu::LitSamples& samples,
         places[k] = samples.positions[t[k]];
         normals[k] = flat.normal;
         if (ids[k] == mray::kFlatCorner) continue;
-        normals[k] = mray::corner_normal(samples.normals[ids[k]], flat.normal);
+        normals[k] = mray::corner_normal(samples.view.normals->normals()[ids[k]], flat.normal);
         is_flat = false;
     }
     if (is_flat) return std::nullopt;
@@ -241,13 +241,13 @@ std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, Trace
 /// Removes shadows that only the flatness of triangles makes. A sample in shadow whose smooth
 /// normal faces the light is traced again from the smooth surface above it (smooth_surface() of
 /// common/interop/shading.h). It is in the light if nothing lies between the light and that point,
-/// nor between that point and the triangle. `samples` have normal_ids. Returns the number of rays.
+/// nor between that point and the triangle. The view has normals. Returns the number of rays.
 std::uint64_t light_smooth_surfaces(SceneImpl& scene, const mray::Watch& watch,
                                     const mray::cpu::LitSamples& samples,
                                     std::span<std::uint32_t> shadows) {
     // A shadow whose smooth surface sees the light.
     constexpr std::uint32_t kSeesLight = 2;
-    const mray::ImageParams& params = samples.params;
+    const mray::ImageParams& params = samples.view.params;
     SampleRays rays(scene, watch, params);
     const mray::cpu::LitShader shader(scene.target());
     /// Adds ray_of(flat, above) for a sample, if a smooth surface is above it.
@@ -327,11 +327,12 @@ void trace_samples(mray::Backend& backend, const View& view, const mray::Watch& 
 void shade(const SceneImpl& scene, const mray::cpu::LitSamples& samples, const mray::Watch& watch,
            Image& image) {
     const mray::cpu::LitShader shader(scene.target());
-    const std::uint32_t width = samples.params.width / samples.side;
-    const std::uint32_t height = samples.params.height / samples.side;
+    const mray::LitView& view = samples.view;
+    const std::uint32_t width = view.params.width / view.side;
+    const std::uint32_t height = view.params.height / view.side;
     // Rows of samples in a band, of which few are shared with its neighbours.
     constexpr std::uint32_t kBandRows = 32;
-    const std::uint32_t band = kBandRows / samples.side;
+    const std::uint32_t band = kBandRows / view.side;
     const std::uint32_t bands = (height + band - 1) / band;
     scene.arena().execute([&] {
         tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
@@ -343,6 +344,48 @@ void shade(const SceneImpl& scene, const mray::cpu::LitSamples& samples, const m
                               image.linear.empty() ? nullptr : &image.linear[first]);
         });
     });
+}
+
+/// Returns false where the host has to shade.
+bool render_on_device(SceneImpl& scene, const mray::LitView& lit, bool with_hits,
+                      TracedImage& traced, Image& image) {
+    // A level of a texture is found in doubles.
+    if (lit.kind == LitKind::kLit && !scene.meshes().textures().textures.empty()) return false;
+    traced.has_sky = false;
+    traced.samples.with_hits = with_hits;
+    mray::Backend& backend = scene.tracer();
+    if (!backend.trace_lit(lit, traced.samples, image.pixels, image.linear)) return false;
+    image.ray_count = backend.finish().rays;
+    image.trace_ms = backend.finish().trace_ms;
+    image.shade_ms = backend.finish().shade_ms;
+    return true;
+}
+
+/// Shades traced samples, and traces what the colours still need.
+void shade_on_host(SceneImpl& scene, const mray::Watch& watch, const mray::LitView& lit,
+                   TracedImage& traced, Image& image) {
+    const MeshList& meshes = scene.meshes();
+    const bool is_lit = lit.kind == LitKind::kLit;
+    mray::Stopwatch stopwatch;
+    if (is_lit && meshes.has_alpha_test())
+        image.ray_count += apply_alpha_test(scene, watch, traced);
+    const mray::cpu::LitSamples samples{.view = lit,
+                                        .topology = meshes.topology(),
+                                        .positions = scene.pose().positions(),
+                                        .textures = meshes.textures(),
+                                        .hits = traced.samples.hits,
+                                        .shadows = traced.samples.occlusion,
+                                        .occlusion = traced.sky.occlusion,
+                                        .colours = traced.samples.pixels};
+    if (is_lit && lit.normals != nullptr)
+        image.ray_count += light_smooth_surfaces(scene, watch, samples, traced.samples.occlusion);
+    if (is_lit) {
+        image.trace_ms += stopwatch.ms();
+        stopwatch = mray::Stopwatch();
+    }
+    shade(scene, samples, watch, image);
+    image.shade_ms = stopwatch.ms();
+    image.trace_ms += image.shade_ms;
 }
 
 }  // namespace
@@ -361,44 +404,27 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
         throw_bad_argument("View::samples: {}, which is not one of 1, 4, 16 and 64", view.samples);
     const mray::ViewSpec spec = sampled_spec(view, scene.options().origin, side);
     traced.params = mray::make_image_params(spec, pose.bounds(), pose.space());
-    trace_samples(scene.tracer(), view, watch, traced, image);
-
-    const bool has_smooth = is_smooth && meshes.is_smooth();
-    mray::Stopwatch stopwatch;
-    if (is_lit && meshes.has_alpha_test())
-        image.ray_count += apply_alpha_test(scene, watch, traced);
-    const mray::VertexNormals* const normals = has_smooth ? &scene.normals() : nullptr;
     const mray::ResolvedView seen = mray::resolve_view(spec, pose.bounds());
     const mray::DepthRange depths = mray::depth_range(seen.eye, seen.target, pose.bounds());
-    const mray::cpu::LitSamples samples{
+    mray::Stopwatch stopwatch;
+    const mray::LitView lit{
         .params = traced.params,
         .side = side,
         .kind = kind,
         .up = unit_vector(view.up),
         .near = static_cast<float>(pose.space().length_to_scene(depths.near)),
         .per_depth = static_cast<float>(1 / pose.space().length_to_scene(depths.range)),
-        .topology = meshes.topology(),
-        .positions = pose.positions(),
-        .normal_ids = has_smooth ? normals->ids() : std::span<const mray::uvec3>(),
-        .normals = has_smooth ? normals->normals() : std::span<const mray::vec3>(),
-        .textures = meshes.textures(),
-        .hits = traced.samples.hits,
-        .shadows = traced.samples.occlusion,
-        .occlusion = traced.sky.occlusion,
-        .ao_count = traced.has_sky ? view.ao_count : 0,
-        .colours = traced.samples.pixels};
-    if (is_lit) {
-        if (has_smooth)
-            image.ray_count +=
-                light_smooth_surfaces(scene, watch, samples, traced.samples.occlusion);
-        image.trace_ms += stopwatch.ms();
-        stopwatch = mray::Stopwatch();
-    }
+        .ao_count = is_lit ? view.ao_count : 0,
+        .normals = is_smooth && meshes.is_smooth() ? &scene.normals() : nullptr};
+    const double normals_ms = stopwatch.ms();
     image.pixels.resize(std::size_t{view.width} * view.height);
     image.linear.resize(is_lit && view.linear ? image.pixels.size() : 0);
-    shade(scene, samples, watch, image);
-    image.shade_ms = stopwatch.ms();
-    image.trace_ms += image.shade_ms;
+    const bool is_traced = render_on_device(scene, lit, view.hits, traced, image);
+    if (!is_traced) {
+        trace_samples(scene.tracer(), view, watch, traced, image);
+        shade_on_host(scene, watch, lit, traced, image);
+    }
+    image.trace_ms += normals_ms;
 }
 
 }  // namespace morphray::detail

@@ -1,12 +1,12 @@
-// Lists the visible pixels of a region, so that secondary rays run without gaps. Clears the count
-// of occluded rays of all pixels. The pixels of a tile stay together, in the order of its lanes.
+// Lists the visible pixels of a region, so that secondary rays run without gaps. Clears the counts
+// of occluded rays of all pixels, or moves them up. The pixels of a tile stay together, in the order of its lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 READ4(FoundHits, found_hits, kBindFoundHits);
-layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
+layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 layout(std430, binding = kBindVisiblePixelsOut) writeonly buffer VisiblePixels {
     uint visible_pixels[];
 };
@@ -27,7 +27,7 @@ void main() {
     uvec2 pixel = tile_pixel(args.tile_count, args.tile_columns);
     uint index = pixel.y * args.width + pixel.x;
     bool is_visible = pixel.x < args.width && pixel.y < args.height;
-    if (is_visible) occlusion[index] = 0u;
+    if (is_visible) occlusion[index] = args.first == 0u ? 0u : occlusion[index] << args.first;
     if (is_visible) is_visible = AT4(found_hits, index).w != kNoPrim;
     uint bit = 1u << (lane & 31u);
     if (is_visible) atomicOr(tile_pixels[lane / 32u], bit);

@@ -194,7 +194,7 @@ TEST(DeviceCheck, FindsEachWrongKernel) {
         EXPECT_EQ(!text.empty(), changed) << found;
         found += changed;
     }
-    EXPECT_EQ(found, 12u);
+    EXPECT_EQ(found, 15u);
 }
 
 TEST(DeviceCheck, FindsFusedAndReorderedOperationsAndLostSignsOfZeros) {

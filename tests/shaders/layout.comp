@@ -7,6 +7,7 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
     Node node;
     Leaf leaf;
     RegionArguments region;
+    LitArguments lit;
     OcclusionArguments occlusion;
     RaysArguments rays;
     ResumeArguments resume;
@@ -19,6 +20,6 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
 layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
 
 void main() {
-    result = node.child[0] + leaf.prim_id[0] + region.x + occlusion.x + rays.ray_count + resume.first +
+    result = node.child[0] + leaf.prim_id[0] + region.x + lit.x + occlusion.x + rays.ray_count + resume.first +
              refit.first + bodies.count + header.status + suspended.answer_index + hit.prim_id;
 }

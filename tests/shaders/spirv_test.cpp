@@ -307,7 +307,7 @@ TEST(SharedLayout, RaysAndHitsAgree) {
     EXPECT_EQ(in_kernel("WorkHeader"),
               (Offsets{OFFSET(WorkHeader, status), OFFSET(WorkHeader, suspended_count),
                        OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, open_count),
-                       OFFSET(WorkHeader, visible_count), OFFSET(WorkHeader, pad0),
+                       OFFSET(WorkHeader, visible_count), OFFSET(WorkHeader, shown_count),
                        OFFSET(WorkHeader, pad1), OFFSET(WorkHeader, pad2)}));
 }
 
@@ -327,6 +327,26 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
                        OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, tile_bits),
                        OFFSET(RegionArguments, first)}));
+    EXPECT_EQ(in_kernel("LitArguments"), (Offsets{OFFSET(LitArguments, org),
+                                                  OFFSET(LitArguments, kind),
+                                                  OFFSET(LitArguments, corner),
+                                                  OFFSET(LitArguments, side_bits),
+                                                  OFFSET(LitArguments, du),
+                                                  OFFSET(LitArguments, rays),
+                                                  OFFSET(LitArguments, dv),
+                                                  OFFSET(LitArguments, ao_count),
+                                                  OFFSET(LitArguments, light),
+                                                  OFFSET(LitArguments, near),
+                                                  OFFSET(LitArguments, up),
+                                                  OFFSET(LitArguments, per_depth),
+                                                  OFFSET(LitArguments, image_height),
+                                                  OFFSET(LitArguments, flags),
+                                                  OFFSET(LitArguments, x),
+                                                  OFFSET(LitArguments, y),
+                                                  OFFSET(LitArguments, width),
+                                                  OFFSET(LitArguments, height),
+                                                  OFFSET(LitArguments, columns),
+                                                  OFFSET(LitArguments, rows)}));
     EXPECT_EQ(
         in_kernel("OcclusionArguments"),
         (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),

@@ -22,7 +22,6 @@ namespace mray {
 namespace {
 
 using namespace test;
-using cpu::LitKind;
 using cpu::LitSamples;
 
 class EveryTarget : public testing::TestWithParam<SimdTarget> {};
@@ -117,10 +116,10 @@ public:
 
     std::uint32_t pixel(std::uint32_t x, std::uint32_t y) const {
         std::uint32_t sums[3] = {};
-        for (std::uint32_t k = 0; k < s_.side * s_.side; ++k) {
+        for (std::uint32_t k = 0; k < s_.view.side * s_.view.side; ++k) {
             const std::uint32_t colour =
-                sample(x * s_.side + k % s_.side, y * s_.side + k / s_.side);
-            if (s_.side == 1) return colour;
+                sample(x * s_.view.side + k % s_.view.side, y * s_.view.side + k / s_.view.side);
+            if (s_.view.side == 1) return colour;
             for (std::uint32_t i = 0; i < 3; ++i) {
                 const std::uint32_t channel = colour >> (8 * i) & 0xFF;
                 sums[i] += channel * channel;
@@ -128,7 +127,7 @@ public:
         }
         std::uint32_t channels[3];
         for (std::uint32_t i = 0; i < 3; ++i) {
-            const double mean = static_cast<double>(sums[i]) / (s_.side * s_.side);
+            const double mean = static_cast<double>(sums[i]) / (s_.view.side * s_.view.side);
             channels[i] = static_cast<std::uint32_t>(std::sqrt(mean) + 0.5);
         }
         return pack_rgb(channels[0], channels[1], channels[2]);
@@ -137,7 +136,7 @@ public:
     /// As LitShader::find_flat_shadows.
     std::vector<std::uint32_t> flat_shadows(std::uint32_t y) const {
         std::vector<std::uint32_t> xs;
-        for (std::uint32_t x = 0; x < s_.params.width; ++x)
+        for (std::uint32_t x = 0; x < s_.view.params.width; ++x)
             if (s_.shadows[at(x, y)] != 0 && is_hit(x, y) && is_smooth_lit(x, y)) xs.push_back(x);
         return xs;
     }
@@ -151,31 +150,32 @@ private:
         find_corner_normals(hit.prim_id, flat.normal, n);
         const Surface above = smooth_surface(flat, s_.positions[t.x], s_.positions[t.y],
                                              s_.positions[t.z], n[0], n[1], n[2], hit.u, hit.v);
-        return above.point != flat.point && dot3(above.normal, s_.params.light - flat.point) > 0;
+        return above.point != flat.point &&
+               dot3(above.normal, s_.view.params.light - flat.point) > 0;
     }
     std::size_t at(std::uint32_t x, std::uint32_t y) const {
-        return std::size_t{y} * s_.params.width + x;
+        return std::size_t{y} * s_.view.params.width + x;
     }
     bool is_hit(std::uint32_t x, std::uint32_t y) const {
         return s_.hits[at(x, y)].prim_id != kNoPrim;
     }
     vec3 through(std::uint32_t x, std::uint32_t y) const {
-        return camera_direction(s_.params.camera, x, y);
+        return camera_direction(s_.view.params.camera, x, y);
     }
     Surface flat_surface(std::uint32_t x, std::uint32_t y) const {
         const Hit& hit = s_.hits[at(x, y)];
         const uvec3 t = s_.topology.triangles[hit.prim_id];
-        return surface_at(camera_ray(s_.params.camera, x, y), hit, s_.positions[t.x],
+        return surface_at(camera_ray(s_.view.params.camera, x, y), hit, s_.positions[t.x],
                           s_.positions[t.y], s_.positions[t.z]);
     }
     vec3 flat_normal(std::uint32_t x, std::uint32_t y) const { return flat_surface(x, y).normal; }
     float depth(std::uint32_t x, std::uint32_t y) const {
-        return s_.hits[at(x, y)].t * camera_depth_scale(s_.params.camera, x, y);
+        return s_.hits[at(x, y)].t * camera_depth_scale(s_.view.params.camera, x, y);
     }
 
     float open_at(std::uint32_t x, std::uint32_t y) const {
-        if (s_.ao_count == 0) return 1;
-        const Camera& camera = s_.params.camera;
+        if (s_.view.ao_count == 0) return 1;
+        const Camera& camera = s_.view.params.camera;
         const vec3 n = flat_normal(x, y);
         const float along = dot3(n, through(x, y));
         const float plane = along * depth(x, y);
@@ -186,7 +186,8 @@ private:
             for (int dx = -1; dx <= 2; ++dx) {
                 const std::uint32_t ox = x + static_cast<std::uint32_t>(dx);
                 const std::uint32_t oy = y + static_cast<std::uint32_t>(dy);
-                if (ox >= s_.params.width || oy >= s_.params.height || !is_hit(ox, oy)) continue;
+                if (ox >= s_.view.params.width || oy >= s_.view.params.height || !is_hit(ox, oy))
+                    continue;
                 const float beside = (along + dot3(n, camera.dv) * static_cast<float>(dy)) +
                                      dot3(n, camera.du) * static_cast<float>(dx);
                 const float apart = std::abs(beside * depth(ox, oy) - plane);
@@ -195,18 +196,20 @@ private:
                 count += 1;
             }
         }
-        return openness(occluded, count * static_cast<float>(s_.ao_count));
+        return openness(occluded, count * static_cast<float>(s_.view.ao_count));
     }
 
     void find_corner_normals(std::uint32_t prim, const vec3& flat, vec3 corners[3]) const {
-        const uvec3 ids = s_.normal_ids[prim];
+        const uvec3 ids = s_.view.normals->ids()[prim];
         for (int k = 0; k < 3; ++k)
-            corners[k] = ids[k] == kFlatCorner ? flat : corner_normal(s_.normals[ids[k]], flat);
+            corners[k] = ids[k] == kFlatCorner
+                             ? flat
+                             : corner_normal(s_.view.normals->normals()[ids[k]], flat);
     }
 
     vec3 normal(std::uint32_t x, std::uint32_t y) const {
         const vec3 flat = flat_normal(x, y);
-        if (s_.normal_ids.empty()) return flat;
+        if (s_.view.normals == nullptr) return flat;
         const Hit& hit = s_.hits[at(x, y)];
         vec3 corners[3];
         find_corner_normals(hit.prim_id, flat, corners);
@@ -219,7 +222,7 @@ private:
         if ((albedo & kTexturedBit) == 0) return base;
         const Hit& hit = s_.hits[at(x, y)];
         const uvec3 t = s_.topology.triangles[hit.prim_id];
-        const vec3 du = s_.params.camera.du;
+        const vec3 du = s_.view.params.camera.du;
         const double spacing = double{du.x} * du.x + double{du.y} * du.y + double{du.z} * du.z;
         const uvec3 colour =
             texture_colour(s_.textures, {hit.prim_id,
@@ -233,29 +236,31 @@ private:
     }
 
     std::uint32_t sample(std::uint32_t x, std::uint32_t y) const {
-        if (s_.kind == LitKind::kPlain) return s_.colours[at(x, y)];
-        const float height =
-            (static_cast<float>(y) + 0.5f) * rcp_of_positive(static_cast<float>(s_.params.height));
-        const float dithered = dithered_rounding(x / s_.side, y / s_.side);
+        if (s_.view.kind == LitKind::kPlain) return s_.colours[at(x, y)];
+        const float height = (static_cast<float>(y) + 0.5f) *
+                             rcp_of_positive(static_cast<float>(s_.view.params.height));
+        const float dithered = dithered_rounding(x / s_.view.side, y / s_.view.side);
         if (!is_hit(x, y))
-            return s_.kind == LitKind::kLit ? encode_rgb(sky_colour(height), dithered)
-                                            : 0xFF000000u;
+            return s_.view.kind == LitKind::kLit ? encode_rgb(sky_colour(height), dithered)
+                                                 : 0xFF000000u;
         const std::uint32_t prim = s_.hits[at(x, y)].prim_id;
         const vec3 ray = through(x, y);
         const float z = depth(x, y);
-        if (s_.kind == LitKind::kDepth) return depth_colour(z, s_.near, s_.per_depth);
-        if (s_.kind == LitKind::kPrim) return prim_colour(prim, dot3(flat_normal(x, y), unit(ray)));
+        if (s_.view.kind == LitKind::kDepth)
+            return depth_colour(z, s_.view.near, s_.view.per_depth);
+        if (s_.view.kind == LitKind::kPrim)
+            return prim_colour(prim, dot3(flat_normal(x, y), unit(ray)));
         const vec3 n = normal(x, y);
-        if (s_.kind == LitKind::kNormal) return normal_colour(n);
-        const vec3 org = s_.params.camera.org;
+        if (s_.view.kind == LitKind::kNormal) return normal_colour(n);
+        const vec3 org = s_.view.params.camera.org;
         const vec3 point(org.x + z * ray.x, org.y + z * ray.y, org.z + z * ray.z);
         const float light = 1.0f - static_cast<float>(s_.shadows[at(x, y)]);
         const std::uint32_t albedo = s_.topology.albedo[prim];
         if ((albedo & kShadowCatcherBit) != 0)
             return encode_rgb(shadow_catcher_colour(height, light, open_at(x, y)), dithered);
         const vec3 base = base_colour(x, y, albedo, ray, z);
-        return encode_rgb(
-            lit_colour(n, unit(s_.params.light - point), light, open_at(x, y), s_.up, base));
+        return encode_rgb(lit_colour(n, unit(s_.view.params.light - point), light, open_at(x, y),
+                                     s_.view.up, base));
     }
 
     const LitSamples& s_;
@@ -328,23 +333,22 @@ protected:
             for (const bool is_flat : {false, true}) {
                 SCOPED_TRACE(named.name + ", kind " + std::to_string(static_cast<int>(kind)) +
                              ", side " + std::to_string(side));
-                const LitSamples samples{
-                    .params = params,
-                    .side = side,
-                    .kind = kind,
-                    .up = {0, 1, 0},
-                    .near = 3e5f,
-                    .per_depth = 1e-6f,
-                    .topology = topology,
-                    .positions = scene.positions(),
-                    .normal_ids = is_flat ? std::span<const uvec3>() : normals.ids(),
-                    .normals = normals.normals(),
-                    .textures = textures.triangles(),
-                    .hits = shadows.hits,
-                    .shadows = shadows.occlusion,
-                    .occlusion = sky.occlusion,
-                    .ao_count = ao_count,
-                    .colours = shadows.pixels};
+                const LitView lit_view{.params = params,
+                                       .side = side,
+                                       .kind = kind,
+                                       .up = {0, 1, 0},
+                                       .near = 3e5f,
+                                       .per_depth = 1e-6f,
+                                       .ao_count = ao_count,
+                                       .normals = is_flat ? nullptr : &normals};
+                const LitSamples samples{.view = lit_view,
+                                         .topology = topology,
+                                         .positions = scene.positions(),
+                                         .textures = textures.triangles(),
+                                         .hits = shadows.hits,
+                                         .shadows = shadows.occlusion,
+                                         .occlusion = sky.occlusion,
+                                         .colours = shadows.pixels};
                 const PlainShader plain(samples);
                 std::vector<std::uint32_t> xs;
                 for (std::uint32_t y = 0; !is_flat && y < params.height; ++y) {
