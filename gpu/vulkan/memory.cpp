@@ -11,7 +11,7 @@ namespace mray::gpu {
 namespace {
 
 constexpr VkDeviceSize kBlockBytes = VkDeviceSize{8} << 20;
-// Larger buffers have blocks of their own.
+/// Larger buffers have blocks of their own.
 constexpr VkDeviceSize kSmallBytes = VkDeviceSize{1} << 20;
 
 constexpr VkMemoryPropertyFlags kMapped =
@@ -42,36 +42,81 @@ UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat forma
 
 }  // namespace
 
-MemoryRange MemoryBlocks::take(VkDevice device, const std::string& name,
-                               const VkMemoryRequirements& needs, std::uint32_t type,
-                               bool is_mapped) {
-    const bool is_small = needs.size <= kSmallBytes;
-    const std::scoped_lock lock(mutex_);
-    std::weak_ptr<MemoryBlock>& last = last_[{type, is_mapped}];
-    if (const auto block = last.lock(); block != nullptr && is_small) {
-        const VkDeviceSize offset =
-            (block->used + needs.alignment - 1) / needs.alignment * needs.alignment;
-        if (offset + needs.size <= kBlockBytes) {
-            block->used = offset + needs.size;
-            return {block, offset};
-        }
-    }
+MemoryBlock::MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size,
+                         std::uint32_t type, bool is_mapped)
+    : type_(type), free_{{0, size}} {
     const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .allocationSize = is_small ? kBlockBytes : needs.size,
+                                       .allocationSize = size,
                                        .memoryTypeIndex = type};
-    const std::string action =
-        fmt::format("allocate {} bytes for the buffer '{}'", info.allocationSize, name);
-    const auto block = std::make_shared<MemoryBlock>();
-    block->memory = {device, vkAllocateMemory, info, action.c_str()};
-    block->used = needs.size;
-    if (is_mapped) {
-        void* data = nullptr;
-        check(vkMapMemory(device, block->memory.get(), 0, VK_WHOLE_SIZE, 0, &data), "map a buffer");
-        block->mapped = {static_cast<std::byte*>(data),
-                         static_cast<std::size_t>(info.allocationSize)};
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    const VkResult result = vkAllocateMemory(device, &info, nullptr, &memory);
+    if (result != VK_SUCCESS) {
+        throw_result(result,
+                     fmt::format("allocate {} bytes for the buffer '{}'", size, name).c_str());
     }
-    if (is_small) last = block;
-    return {block, 0};
+    memory_ = UniqueMemory(device, memory);
+    if (!is_mapped) return;
+    void* data = nullptr;
+    check(vkMapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, &data), "map a buffer");
+    mapped_ = {static_cast<std::byte*>(data), static_cast<std::size_t>(size)};
+}
+
+VkDeviceSize MemoryBlock::take(VkDeviceSize size, VkDeviceSize alignment) {
+    const std::scoped_lock lock(mutex_);
+    // give_back() may add a free range for each used one, and must not throw.
+    free_.reserve(free_.size() + range_count_ + 2);
+    for (auto range = free_.begin(); range != free_.end(); ++range) {
+        const Range whole = *range;
+        const VkDeviceSize begin = (whole.begin + alignment - 1) / alignment * alignment;
+        if (begin + size > whole.end) continue;
+        auto at = free_.erase(range);
+        if (begin + size < whole.end) at = free_.insert(at, {begin + size, whole.end});
+        if (whole.begin < begin) free_.insert(at, {whole.begin, begin});
+        ++range_count_;
+        return begin;
+    }
+    return kNoSpace;
+}
+
+void MemoryBlock::give_back(VkDeviceSize offset, VkDeviceSize size) {
+    const std::scoped_lock lock(mutex_);
+    --range_count_;
+    auto next = std::ranges::upper_bound(free_, offset, {}, &Range::begin);
+    next = free_.insert(next, {offset, offset + size});
+    if (next + 1 != free_.end() && next->end == (next + 1)->begin) {
+        next->end = (next + 1)->end;
+        free_.erase(next + 1);
+    }
+    if (next != free_.begin() && (next - 1)->end == next->begin) {
+        (next - 1)->end = next->end;
+        free_.erase(next);
+    }
+}
+
+std::unique_ptr<const MemoryRange> MemoryBlocks::take(VkDevice device, const std::string& name,
+                                                      const VkMemoryRequirements& needs,
+                                                      std::uint32_t type, bool is_mapped) {
+    const auto take_from = [&](std::shared_ptr<MemoryBlock> block) {
+        auto range = std::make_unique<MemoryRange>(needs.size);
+        range->offset = block->take(needs.size, needs.alignment);
+        if (range->offset == MemoryBlock::kNoSpace) return std::unique_ptr<const MemoryRange>();
+        // From here on the range gives the bytes back.
+        range->block = std::move(block);
+        return std::unique_ptr<const MemoryRange>(std::move(range));
+    };
+    if (needs.size > kSmallBytes)
+        return take_from(std::make_shared<MemoryBlock>(device, name, needs.size, type, is_mapped));
+    const std::scoped_lock lock(mutex_);
+    std::erase_if(blocks_, [](const auto& block) { return block.expired(); });
+    for (const std::weak_ptr<MemoryBlock>& candidate : blocks_) {
+        const std::shared_ptr<MemoryBlock> block = candidate.lock();
+        if (block == nullptr || block->type() != type || block->mapped().empty() == is_mapped)
+            continue;
+        if (auto range = take_from(block)) return range;
+    }
+    auto block = std::make_shared<MemoryBlock>(device, name, kBlockBytes, type, is_mapped);
+    blocks_.push_back(block);
+    return take_from(std::move(block));
 }
 
 MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
@@ -103,10 +148,9 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
     const bool is_staged = memory == Memory::kDevice && device.force_staging();
     const bool is_mapped = choice.is_mapped && !is_staged;
     memory_ = device.memory().take(device.get(), name, needs, choice.type, is_mapped);
-    const MemoryBlock& block = *memory_.block;
-    check(vkBindBufferMemory(device.get(), buffer_.get(), block.memory.get(), memory_.offset),
+    check(vkBindBufferMemory(device.get(), buffer_.get(), memory_->block->get(), memory_->offset),
           "bind a buffer");
-    if (is_mapped) mapped_ = block.mapped.subspan(memory_.offset, size_);
+    if (is_mapped) mapped_ = memory_->block->mapped().subspan(memory_->offset, size_);
 }
 
 ReadBuffer::ReadBuffer(Device& device, BufferKind kind, const char* name, VkDeviceSize size,

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
-#include <map>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "gpu/vulkan/vulkan_api.h"
 #include "gpu/vulkan/vulkan_config.h"
@@ -15,32 +18,60 @@ namespace mray::gpu {
 
 class Device;
 
-/// An allocation, mapped for as long as it lives if the host sees it, and freed with its last
-/// buffer.
-struct MemoryBlock {
-    UniqueMemory memory;
+/// An allocation, mapped for as long as it lives if the host sees it. Threads may share it.
+class MemoryBlock {
+public:
+    MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size, std::uint32_t type,
+                bool is_mapped);
+
+    VkDeviceMemory get() const { return memory_.get(); }
+    std::uint32_t type() const { return type_; }
     /// Empty if it is not mapped.
-    std::span<std::byte> mapped;
-    VkDeviceSize used = 0;
+    std::span<std::byte> mapped() const { return mapped_; }
+
+    /// Allocates bytes at a multiple of `alignment`; returns their offset, or kNoSpace.
+    VkDeviceSize take(VkDeviceSize size, VkDeviceSize alignment);
+    void give_back(VkDeviceSize offset, VkDeviceSize size);
+    static constexpr VkDeviceSize kNoSpace = ~VkDeviceSize{0};
+
+private:
+    struct Range {
+        VkDeviceSize begin, end;
+    };
+
+    UniqueMemory memory_;
+    std::uint32_t type_;
+    std::span<std::byte> mapped_;
+    std::mutex mutex_;
+    /// Free ranges in ascending order; no two touch.
+    std::vector<Range> free_;
+    std::size_t range_count_ = 0;
 };
 
-/// Bytes of a block, which holds no others there.
+/// Bytes of a block, which it gives back at its end.
 struct MemoryRange {
-    std::shared_ptr<const MemoryBlock> block;
+    explicit MemoryRange(VkDeviceSize bytes) : size(bytes) {}
+    ~MemoryRange() {
+        if (block != nullptr) block->give_back(offset, size);
+    }
+    MemoryRange(const MemoryRange&) = delete;
+
+    std::shared_ptr<MemoryBlock> block;
     VkDeviceSize offset = 0;
+    VkDeviceSize size;
 };
 
 /// Small buffers share a block, since some devices allow 4,096 allocations. Threads may share it.
 class MemoryBlocks {
 public:
     /// Allocates memory for a buffer `name`. Throws Error(kLimit) if there is not enough.
-    MemoryRange take(VkDevice device, const std::string& name, const VkMemoryRequirements& needs,
-                     std::uint32_t type, bool is_mapped);
+    std::unique_ptr<const MemoryRange> take(VkDevice device, const std::string& name,
+                                            const VkMemoryRequirements& needs, std::uint32_t type,
+                                            bool is_mapped);
 
 private:
     std::mutex mutex_;
-    /// The last block of each type, mapped or not.
-    std::map<std::pair<std::uint32_t, bool>, std::weak_ptr<MemoryBlock>> last_;
+    std::vector<std::weak_ptr<MemoryBlock>> blocks_;
 };
 
 enum class Memory {
@@ -72,7 +103,7 @@ public:
 
 private:
     /// An assignment may free it before the buffer, which is then only destroyed, as Vulkan allows.
-    MemoryRange memory_;
+    std::unique_ptr<const MemoryRange> memory_;
     UniqueBuffer buffer_;
     VkDeviceSize size_ = 0;
     std::span<std::byte> mapped_;
