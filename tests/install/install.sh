@@ -54,7 +54,7 @@ expect_chart() {
     text=$("$prefix/bin/morphray" chart builtin:cloth:500 --quick --out "$prefix" 2>&1) || code=$?
     [ "$code" = "$1" ] && grep -qF "$2" <<<"$text" || fail "chart ends with $code: $text"
 }
-expect_chart 5 "is not empty"
+expect_chart 5 "is not an empty folder"
 mv "$prefix/libexec/morphray/morphray-chart" "$scratch/moved/"
 expect_chart 4 "morphray-chart is missing"
 mv "$scratch/moved/morphray-chart" "$prefix/libexec/morphray/"
