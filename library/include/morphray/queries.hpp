@@ -134,4 +134,29 @@ struct ClosestPoint {
     bool operator==(const ClosestPoint&) const = default;
 };
 
+/// The pairs of triangles that Scene::crossings() is asked about.
+struct CrossingOptions {
+    /// The meshes whose triangles form pairs, by geom_id, in any order. Nothing: all.
+    std::optional<std::span<const std::uint32_t>> geom_ids = {};
+    /// If it is given, pairs have one triangle of geom_ids and one of these meshes.
+    std::optional<std::span<const std::uint32_t>> other = {};
+    /// The most pairs that are listed: the first ones. More are counted.
+    std::uint64_t limit = std::numeric_limits<std::uint64_t>::max();
+};
+
+/// Two triangles, the lower (geom_id, prim_id) first.
+struct CrossingPair {
+    Primitive first;
+    Primitive second;
+
+    bool operator==(const CrossingPair&) const = default;
+};
+
+struct Crossings {
+    /// In the order of (geom_id, prim_id) of the first triangles, and then of the second ones.
+    std::vector<CrossingPair> pairs = {};
+    /// The pairs beyond CrossingOptions::limit that are not listed.
+    std::uint64_t left_out = 0;
+};
+
 }  // namespace morphray

@@ -324,6 +324,20 @@ public:
                          float max_distance = std::numeric_limits<float>::infinity(),
                          const QueryOptions& options = {}) const;
 
+    /// Finds the pairs of triangles that cross: that have a point in common which lies on no vertex
+    /// and on no edge that both have by position. So neighbours in a mesh cross only where one is
+    /// folded back onto the other or goes through it, and equal triangles do. Exact for the
+    /// positions as floats, relative to the origin, and the same for all devices, threads and trees
+    /// (docs/guide/queries.md). A triangle without area is a segment or a point. Triangles with a
+    /// corner that is left out (Update::left_out) have no crossings.
+    ///
+    /// `visible`, `threads` and `cancel` of the query options are those of rays; `excluded` must be
+    /// empty. The host answers for a device, too, whose tree is read back after an update. Throws
+    /// bad_argument for a geom_id that no mesh has; otherwise throws as intersect().
+    Crossings crossings(const CrossingOptions& which = {}, const QueryOptions& options = {}) const;
+    /// Whether there is any such pair, with which the search ends.
+    bool has_crossings(const CrossingOptions& which = {}, const QueryOptions& options = {}) const;
+
     /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.

@@ -33,6 +33,8 @@ public:
     std::span<const mray::vec3> positions() const { return pose_.positions(); }
     /// As it was read. The vertex is not left out.
     mray::vec3 world_position(std::uint32_t vertex) const;
+    /// Whether scene space gives back all positions: it is an exact image of world space then.
+    bool is_exact() const { return kept_.empty(); }
 
     /// The positions that are read next give the bounds.
     void forget_bounds() { bounds_ = {}; }
