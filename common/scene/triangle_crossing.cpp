@@ -18,8 +18,7 @@ using Triangle = std::array<vec3, 3>;
 
 // ---- Doubles
 
-/// The side of the plane of p, q and r that s is on: 1 or -1, or 0 if doubles cannot tell. The
-/// differences of floats are rounded once, and the sum of their products eight times.
+/// The side of the plane of p, q and r that s is on: 1 or -1, or 0 if doubles cannot tell.
 int certain_side(vec3 p, vec3 q, vec3 r, vec3 s) {
     const glm::dvec3 o(p);
     const glm::dvec3 a = glm::dvec3(q) - o;
@@ -31,7 +30,7 @@ int certain_side(vec3 p, vec3 q, vec3 r, vec3 s) {
         value += c[x] * (a[y] * b[z] - a[z] * b[y]);
         size += std::abs(c[x]) * (std::abs(a[y] * b[z]) + std::abs(a[z] * b[y]));
     }
-    if (!(std::abs(value) > 0x1p-48 * size)) return 0;
+    if (!(std::abs(value) > kSideRounding * size)) return 0;
     return value > 0 ? 1 : -1;
 }
 

@@ -65,10 +65,7 @@ struct PairBatch {
     }
 };
 
-// A plane is one of any normal, so that only the signs of corners count. Differences of floats are
-// rounded once. A dot product of a normal and a difference, in any order of its operations, fused
-// or not, is off by less than 2^-49 of the sum of its products' sizes.
-inline constexpr double kPlaneRounding = 0x1p-49;
+// The normals of planes may be rounded: only that corners are surely above or below them counts.
 
 /// Whether a normal surely has the differences on this side.
 HWY_INLINE DoubleMask surely_above(const Double3& normal, const Double3& v) {
@@ -151,7 +148,7 @@ HWY_INLINE DoubleMask meet_in_edge(const Double3 a[3], const Double3 b[3]) {
         const Double3 e = sizes(edge), w = sizes(v);
         const Double3 products = {w.y * e.z + w.z * e.y, w.z * e.x + w.x * e.z,
                                   w.x * e.y + w.y * e.x};
-        return splat_double(kPlaneRounding) * dot(sizes(along), products);
+        return splat_double(kSideRounding) * dot(sizes(along), products);
     };
     return hn::And(dot(along, across_c) > error(c), dot(along, across_d) < hn::Neg(error(d)));
 }

@@ -6,6 +6,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
 #include "common/interop/winding_rule.h"
+#include "common/scene/triangle_crossing.h"
 #include "cpu/simd/rounding_bounds.h"
 #include "lab/proofs/bounds.h"
 
