@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -59,7 +60,7 @@ bool are_apart(const Triangle& a, const Triangle& b) {
 
 // ---- Integers
 
-/// A vector in units of the least float, 2^-149.
+/// A vector in units of a power of two in which all coordinates of a pair are whole.
 struct WholeVector {
     mpz_class x, y, z;
 
@@ -67,10 +68,17 @@ struct WholeVector {
     bool is_zero() const { return x == 0 && y == 0 && z == 0; }
 };
 
-WholeVector whole(vec3 p) {
-    const auto of = [](float x) { return mpz_class(std::ldexp(static_cast<double>(x), 149)); };
-    return {of(p.x), of(p.y), of(p.z)};
+/// The power of two of the last digit that a coordinate of a pair may have.
+int unit_exponent(const Triangle& a, const Triangle& b) {
+    constexpr int kDigits = std::numeric_limits<float>::digits;
+    int least = std::numeric_limits<float>::max_exponent;
+    for (const Triangle* t : {&a, &b})
+        for (const vec3& p : *t)
+            for (int axis = 0; axis < 3; ++axis)
+                if (p[axis] != 0) least = std::min(least, std::ilogb(p[axis]));
+    return least - (kDigits - 1);
 }
+
 WholeVector operator-(const WholeVector& a, const WholeVector& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
@@ -83,6 +91,17 @@ WholeVector cross(const WholeVector& a, const WholeVector& b) {
 }
 
 using WholeTriangle = std::array<WholeVector, 3>;
+
+WholeTriangle whole(const Triangle& t, int exponent) {
+    WholeTriangle result;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto of = [&](float x) {
+            return mpz_class(std::ldexp(static_cast<double>(x), -exponent));
+        };
+        result[i] = {of(t[i].x), of(t[i].y), of(t[i].z)};
+    }
+    return result;
+}
 
 /// The points p with dot(normal, p - from) >= 0.
 struct HalfSpace {
@@ -200,8 +219,9 @@ bool any_edge_crosses(const WholeTriangle& a, const WholeTriangle& b, const Shar
 bool triangles_cross(const Triangle& a, const Triangle& b) {
     if (are_apart(a, b)) return false;
     if (any_edge_surely_pierces(a, b) || any_edge_surely_pierces(b, a)) return true;
-    const WholeTriangle whole_a{whole(a[0]), whole(a[1]), whole(a[2])};
-    const WholeTriangle whole_b{whole(b[0]), whole(b[1]), whole(b[2])};
+    const int exponent = unit_exponent(a, b);
+    const WholeTriangle whole_a = whole(a, exponent);
+    const WholeTriangle whole_b = whole(b, exponent);
     const SharedCorners shared(whole_a, whole_b);
     return shared.is_triangle() || any_edge_crosses(whole_a, whole_b, shared) ||
            any_edge_crosses(whole_b, whole_a, shared);

@@ -1,6 +1,7 @@
 #include "cpu/queries/crossing_pairs.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <iterator>
 
@@ -50,20 +51,27 @@ HWY_INLINE Double3 unit(const Double3& v) {
 }
 HWY_INLINE DoubleVec splat_double(double x) { return hn::Set(kDoubles, x); }
 
-/// As many pairs as lanes. Triangles have shared vertices first, in the same order.
-struct PairBatch {
-    std::size_t count = 0;
-    TrianglePair pairs[kPairLanes];
-    float corners[2][3][3][kPairLanes] = {};
+/// Pairs that wait for a vector of their kind, with the vertices of both triangles.
+struct PairQueue {
+    static constexpr std::size_t kRoom = 4 * kMaxLanes;
 
-    HWY_INLINE Double3 corner(std::size_t side, std::size_t i) const {
-        const hn::Rebind<float, DoubleTag> floats;
-        const auto at = [&](std::size_t axis) HWY_ATTR {
-            return hn::PromoteTo(kDoubles, hn::LoadU(floats, corners[side][i][axis]));
-        };
-        return {at(0), at(1), at(2)};
-    }
+    std::size_t count = 0;
+    std::uint32_t prims[2][kRoom], vertices[2][3][kRoom] = {};
+
+    HWY_INLINE TrianglePair pair(std::size_t i) const { return {prims[0][i], prims[1][i]}; }
 };
+
+/// The corners of pairs from number `first` of a queue on.
+HWY_INLINE Double3 corners_from(std::span<const vec3> positions, const std::uint32_t* vertices) {
+    const hn::Rebind<float, DoubleTag> floats;
+    const hn::Rebind<std::int32_t, DoubleTag> ints;
+    const auto vertex = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(vertices));
+    const auto place = vertex + vertex + vertex;
+    const auto along = [&](int axis) HWY_ATTR {
+        return hn::PromoteTo(kDoubles, hn::GatherIndex(floats, &positions.front().x + axis, place));
+    };
+    return {along(0), along(1), along(2)};
+}
 
 // The normals of planes may be rounded: only that corners are surely above or below them counts.
 
@@ -155,80 +163,132 @@ HWY_INLINE DoubleMask meet_in_edge(const Double3 a[3], const Double3 b[3]) {
 
 // ---- Triangles and leaves
 
-/// The pairs of one leaf, by the number of vertices that they share.
+HWY_INLINE TrianglePair in_order(std::uint32_t a, std::uint32_t b) {
+    return {std::min(a, b), std::max(a, b)};
+}
+
+/// Tests pairs in vectors, sorted by the number of vertices that they share.
 class PairTests {
 public:
     PairTests(const CrossingScene& scene, std::vector<TrianglePair>& found)
         : scene_(scene), found_(found) {}
 
-    void add(std::uint32_t first, std::uint32_t second) {
-        const uvec3 a = scene_.topology.triangles[first];
-        const uvec3 b = scene_.topology.triangles[second];
-        // The corners in such an order that shared ones come first.
-        std::uint32_t order_a[3], order_b[3];
-        std::size_t shared = 0;
-        std::uint32_t used_a = 0, used_b = 0;
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                if (a[i] != b[j]) continue;
-                used_a |= 1u << i;
-                used_b |= 1u << j;
-                if (shared < 3) {
-                    order_a[shared] = a[i];
-                    order_b[shared++] = b[j];
-                }
-            }
-        }
-        const auto is_of = [](std::uint32_t bits, std::size_t count) {
-            return static_cast<std::size_t>(std::popcount(bits)) == count;
-        };
-        // A triangle that has a vertex twice is tested as one that shares none.
-        if (shared == 3 || !is_of(used_a, shared) || !is_of(used_b, shared)) {
-            shared = 0;
-            used_a = used_b = 0;
-        }
-        std::size_t at_a = shared, at_b = shared;
-        for (int i = 0; i < 3; ++i) {
-            if ((used_a >> i & 1) == 0) order_a[at_a++] = a[i];
-            if ((used_b >> i & 1) == 0) order_b[at_b++] = b[i];
-        }
-        PairBatch& batch = batches_[shared];
-        batch.pairs[batch.count] = {std::min(first, second), std::max(first, second)};
-        for (std::size_t i = 0; i < 3; ++i) {
-            for (int axis = 0; axis < 3; ++axis) {
-                batch.corners[0][i][axis][batch.count] = scene_.positions[order_a[i]][axis];
-                batch.corners[1][i][axis][batch.count] = scene_.positions[order_b[i]][axis];
-            }
-        }
-        if (++batch.count == kPairLanes) test(shared);
+    HWY_INLINE void add(const TrianglePair& pair) {
+        put(pair, {0, 1, 2}, {0, 1, 2}, unsorted_);
+        if (unsorted_.count == kLanes) sort();
     }
-
     void finish() {
-        for (std::size_t shared = 0; shared < std::size(batches_); ++shared)
-            if (batches_[shared].count != 0) test(shared);
+        if (unsorted_.count != 0) sort();
+        // Pairs with fewer shared corners may come back with more.
+        for (std::size_t shared = 0; shared < 3; ++shared)
+            while (sorted_[shared].count != 0) test(shared);
     }
 
 private:
+    /// Corners of a triangle, those that the other one has, too, before the others.
+    using Order = std::array<int, 3>;
+
+    HWY_INLINE void put(const TrianglePair& pair, const Order& a, const Order& b,
+                        PairQueue& queue) const {
+        const uvec3 first = scene_.topology.triangles[pair.first];
+        const uvec3 second = scene_.topology.triangles[pair.second];
+        const std::size_t at = queue.count++;
+        queue.prims[0][at] = pair.first;
+        queue.prims[1][at] = pair.second;
+        for (std::size_t i = 0; i < 3; ++i) {
+            queue.vertices[0][i][at] = first[a[i]];
+            queue.vertices[1][i][at] = second[b[i]];
+        }
+    }
+
+    /// Moves a vector of pairs to the queues of those that share as many vertices, which come first.
+    /// A triangle that has a vertex twice is taken as one that shares none.
+    HWY_NOINLINE void sort() {
+        UintVec v[2][3];
+        for (std::size_t side = 0; side < 2; ++side)
+            for (std::size_t i = 0; i < 3; ++i)
+                v[side][i] = load_unaligned(unsorted_.vertices[side][i]);
+        UintMask is_shared[2][3];
+        for (std::size_t i = 0; i < 3; ++i) {
+            is_shared[0][i] = v[0][i] == v[1][0] | v[0][i] == v[1][1] | v[0][i] == v[1][2];
+            is_shared[1][i] = v[1][i] == v[0][0] | v[1][i] == v[0][1] | v[1][i] == v[0][2];
+        }
+        UintVec counts[2];
+        for (std::size_t side = 0; side < 2; ++side) {
+            const auto& own = is_shared[side];
+            counts[side] = splat(0u);
+            for (const UintMask& one : own)
+                counts[side] = counts[side] + hn::IfThenElseZero(one, splat(1u));
+            const UintMask second_first = hn::AndNot(own[0], own[1]);
+            const UintMask third_first = hn::AndNot(own[1], own[2]);
+            for (std::size_t i = 0; i < 3; ++i) {
+                const UintVec turned = select(third_first, v[side][(i + 2) % 3],
+                                              select(second_first, v[side][(i + 1) % 3], v[side][i]));
+                store_unaligned(turned, unsorted_.vertices[side][i]);
+            }
+        }
+        const UintMask is_sound = hn::And(counts[0] == counts[1], counts[0] < splat(3u));
+        std::uint32_t shared_of[kMaxLanes];
+        store_unaligned(hn::IfThenElseZero(is_sound, counts[0]), shared_of);
+        for (std::size_t l = 0; l < unsorted_.count; ++l) {
+            PairQueue& queue = sorted_[shared_of[l]];
+            const std::size_t at = queue.count++;
+            for (std::size_t side = 0; side < 2; ++side) {
+                queue.prims[side][at] = unsorted_.prims[side][l];
+                for (std::size_t i = 0; i < 3; ++i)
+                    queue.vertices[side][i][at] = unsorted_.vertices[side][i][l];
+            }
+        }
+        unsorted_.count = 0;
+        for (std::size_t shared = 0; shared < 3; ++shared)
+            while (sorted_[shared].count >= kPairLanes) test(shared);
+    }
+
+    /// Tests the last pairs of a queue.
     HWY_NOINLINE void test(std::size_t shared) {
-        PairBatch& batch = batches_[shared];
+        PairQueue& queue = sorted_[shared];
+        const std::size_t size = std::min(queue.count, kPairLanes);
+        queue.count -= size;
         Double3 a[3], b[3];
         for (std::size_t i = 0; i < 3; ++i) {
-            a[i] = batch.corner(0, i);
-            b[i] = batch.corner(1, i);
+            a[i] = corners_from(scene_.positions, queue.vertices[0][i] + queue.count);
+            b[i] = corners_from(scene_.positions, queue.vertices[1][i] + queue.count);
         }
         const DoubleMask apart = shared == 0   ? are_separate(a, b)
                                  : shared == 1 ? meet_in_vertex(a, b)
                                                : meet_in_edge(a, b);
         std::uint8_t bits[8] = {};
         hn::StoreMaskBits(kDoubles, apart, bits);
-        for (std::size_t i = 0; i < batch.count; ++i)
-            if ((bits[0] >> i & 1) == 0 && cross_exactly(batch.pairs[i]))
-                found_.push_back(batch.pairs[i]);
-        batch.count = 0;
+        TrianglePair left[kPairLanes];
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            if ((bits[0] >> i & 1) == 0) left[count++] = queue.pair(queue.count + i);
+        for (std::size_t i = 0; i < count; ++i) decide(left[i], shared);
     }
 
-    bool cross_exactly(const TrianglePair& pair) const {
-        return triangles_cross(corners_of(pair.first), corners_of(pair.second));
+    /// Decides on a pair of which planes leave open whether it crosses. If more corners lie at one
+    /// place than were known to be shared, planes are tried again.
+    void decide(const TrianglePair& pair, std::size_t shared) {
+        const std::array<vec3, 3> a = corners_of(pair.first);
+        const std::array<vec3, 3> b = corners_of(pair.second);
+        Order of_a = {0, 1, 2}, of_b = {0, 1, 2};
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t j = count; j < 3; ++j) {
+                const auto corner_a = static_cast<std::size_t>(of_a[i]);
+                const auto corner_b = static_cast<std::size_t>(of_b[j]);
+                if (a[corner_a] != b[corner_b]) continue;
+                std::swap(of_a[count], of_a[i]);
+                std::swap(of_b[count++], of_b[j]);
+                break;
+            }
+        }
+        if (count > shared && count < 3) {
+            put(pair, of_a, of_b, sorted_[count]);
+            if (sorted_[count].count >= kPairLanes) test(count);
+        } else if (triangles_cross(a, b)) {
+            found_.push_back(pair);
+        }
     }
     std::array<vec3, 3> corners_of(std::uint32_t prim) const {
         const uvec3 t = scene_.topology.triangles[prim];
@@ -237,7 +297,7 @@ private:
 
     const CrossingScene& scene_;
     std::vector<TrianglePair>& found_;
-    PairBatch batches_[3];
+    PairQueue unsorted_, sorted_[3];
 };
 
 /// The triangles of a leaf that may cross others: their boxes, by axis and slot, and their sets.
@@ -324,7 +384,7 @@ HWY_INLINE void add_pairs(const Leaf& leaf, const LeafTriangles& own, const Leaf
         if (partners == 0) continue;
         partners &= slots_meeting(widened(box_of(own, i)), other);
         for (; partners != 0; partners &= partners - 1)
-            tests.add(leaf.prim_id[i], other_leaf.prim_id[std::countr_zero(partners)]);
+            tests.add(in_order(leaf.prim_id[i], other_leaf.prim_id[std::countr_zero(partners)]));
     }
 }
 
