@@ -45,11 +45,15 @@ HWY_INLINE DoubleVec dot(const Double3& a, const Double3& b) {
 HWY_INLINE Double3 cross(const Double3& a, const Double3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-/// Of any length: as the normal of a plane, a vector may be rounded. Not a number for 0.
-HWY_INLINE Double3 unit(const Double3& v) {
-    return v * (hn::Set(kDoubles, 1.0) / hn::Sqrt(dot(v, v)));
-}
 HWY_INLINE DoubleVec splat_double(double x) { return hn::Set(kDoubles, x); }
+/// Of a length between 0.96 and 1.04, which is enough for normals, without a root or division. Half
+/// of the bits of a number, from those of a constant, are about its reciprocal root.
+HWY_INLINE Double3 about_unit(const Double3& v) {
+    const hn::RebindToUnsigned<DoubleTag> bits;
+    const auto half = hn::ShiftRight<1>(hn::BitCast(bits, dot(v, v)));
+    const auto root = hn::Sub(hn::Set(bits, std::uint64_t{0x5FE6EB50C7B537A9}), half);
+    return v * hn::BitCast(kDoubles, root);
+}
 
 /// Pairs that wait for a vector of their kind, with the vertices of both triangles.
 struct PairQueue {
@@ -93,8 +97,7 @@ HWY_INLINE DoubleMask are_separate(const Double3 a[3], const Double3 b[3]) {
         DoubleVec d[3];
         for (int i = 0; i < 3; ++i) d[i] = dot(normal, from_a[i]);
         // Two of them are compared, which rounds once more.
-        const DoubleVec error =
-            splat_double(4 * kPlaneRounding) * dot(sizes(normal), most);
+        const DoubleVec error = splat_double(4 * kPlaneRounding) * dot(sizes(normal), most);
         return hn::Or(hn::Min(d[0], hn::Min(d[1], d[2])) - hn::Max(none, hn::Max(p, q)) > error,
                       hn::Min(none, hn::Min(p, q)) - hn::Max(d[0], hn::Max(d[1], d[2])) > error);
     };
@@ -123,24 +126,24 @@ HWY_INLINE DoubleMask meet_in_vertex(const Double3 a[3], const Double3 b[3]) {
         return hn::And(hn::And(surely_above(normal, p), surely_above(normal, q)),
                        hn::And(surely_above(normal, minus_r), surely_above(normal, minus_s)));
     };
-    const Double3 p1 = unit(p), q1 = unit(q), r1 = unit(r), s1 = unit(s);
+    const Double3 p1 = about_unit(p), q1 = about_unit(q), r1 = about_unit(r), s1 = about_unit(s);
     DoubleMask found = separates(p1 + q1 - r1 - s1);
     const auto try_normal = [&](const Double3& normal) HWY_ATTR {
         if (!hn::AllTrue(kDoubles, found)) found = hn::Or(found, separates(normal));
     };
-    try_normal(unit(p1 + q1) - unit(r1 + s1));
+    try_normal(about_unit(p1 + q1) - about_unit(r1 + s1));
     // The plane of one triangle, turned about the vertex so that this triangle is above it, if the
     // other one, which is on one side, leaves room.
     const auto turned = [&](const Double3& normal, const Double3& own, const Double3& first,
                             const Double3& second) HWY_ATTR {
         const DoubleVec to_first = dot(normal, first), to_second = dot(normal, second);
-        const DoubleVec slope = hn::Max(dot(own, first) / hn::Abs(to_first),
-                                        dot(own, second) / hn::Abs(to_second));
+        const DoubleVec slope =
+            hn::Max(dot(own, first) / hn::Abs(to_first), dot(own, second) / hn::Abs(to_second));
         const DoubleVec by = hn::Max(splat_double(2) * slope, splat_double(0x1p-20));
         return own - normal * hn::CopySign(by, to_first);
     };
-    try_normal(turned(unit(cross(p, q)), p1 + q1, r, s));
-    try_normal(turned(unit(cross(r, s)), r1 + s1, p, q) * splat_double(-1));
+    try_normal(turned(about_unit(cross(p, q)), p1 + q1, r, s));
+    try_normal(turned(about_unit(cross(r, s)), r1 + s1, p, q) * splat_double(-1));
     for (const Double3& own : {p1, q1})
         for (const Double3& others : {r1, s1}) try_normal(own - others);
     return found;
@@ -151,7 +154,7 @@ HWY_INLINE DoubleMask meet_in_vertex(const Double3 a[3], const Double3 b[3]) {
 HWY_INLINE DoubleMask meet_in_edge(const Double3 a[3], const Double3 b[3]) {
     const Double3 edge = a[1] - a[0], c = a[2] - a[0], d = b[2] - a[0];
     const Double3 across_c = cross(c, edge), across_d = cross(d, edge);
-    const Double3 along = unit(across_c) - unit(across_d);
+    const Double3 along = about_unit(across_c) - about_unit(across_d);
     const auto error = [&](const Double3& v) HWY_ATTR {
         const Double3 e = sizes(edge), w = sizes(v);
         const Double3 products = {w.y * e.z + w.z * e.y, w.z * e.x + w.x * e.z,
@@ -201,8 +204,8 @@ private:
         }
     }
 
-    /// Moves a vector of pairs to the queues of those that share as many vertices, which come first.
-    /// A triangle that has a vertex twice is taken as one that shares none.
+    /// Moves a vector of pairs to the queues of those that share as many vertices, which come
+    /// first. A triangle that has a vertex twice is taken as one that shares none.
     HWY_NOINLINE void sort() {
         UintVec v[2][3];
         for (std::size_t side = 0; side < 2; ++side)
@@ -222,8 +225,9 @@ private:
             const UintMask second_first = hn::AndNot(own[0], own[1]);
             const UintMask third_first = hn::AndNot(own[1], own[2]);
             for (std::size_t i = 0; i < 3; ++i) {
-                const UintVec turned = select(third_first, v[side][(i + 2) % 3],
-                                              select(second_first, v[side][(i + 1) % 3], v[side][i]));
+                const UintVec turned =
+                    select(third_first, v[side][(i + 2) % 3],
+                           select(second_first, v[side][(i + 1) % 3], v[side][i]));
                 store_unaligned(turned, unsorted_.vertices[side][i]);
             }
         }
@@ -314,6 +318,7 @@ HWY_INLINE std::uint8_t sets_of(const CrossingScene& scene, std::uint32_t prim) 
 HWY_INLINE void load_triangles(const CrossingScene& scene, const Leaf& leaf, LeafTriangles& out) {
     for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
         const std::uint32_t prim = leaf.prim_id[i];
+        if (prim == kNoPrim) break;
         const std::uint32_t corners = leaf.vertex[i].corners;
         const Float4 p = load4(&leaf.vertex[corner(corners, 0)].x);
         const Float4 q = load4(&leaf.vertex[corner(corners, 1)].x);
@@ -325,7 +330,7 @@ HWY_INLINE void load_triangles(const CrossingScene& scene, const Leaf& leaf, Lea
             out.lower[axis][i] = least[axis];
             out.upper[axis][i] = most[axis];
         }
-        if (prim == kNoPrim || !(most[0] <= kSceneExtent)) continue;
+        if (!(most[0] <= kSceneExtent)) continue;
         const std::uint8_t sets = sets_of(scene, prim);
         out.in_first |= (sets & kInFirstSet) != 0 ? 1u << i : 0;
         out.in_second |= (sets & kInSecondSet) != 0 ? 1u << i : 0;
@@ -357,8 +362,8 @@ HWY_INLINE Box box_of(const LeafTriangles& triangles, std::uint32_t slot) {
 template <class Planes>
 HWY_INLINE std::uint32_t slots_meeting(const Box& box, Planes planes) {
     return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
-        Mask meets = (planes(0, 0, slot) <= splat(box.upper.x)) &
-                     (planes(0, 1, slot) >= splat(box.lower.x));
+        Mask meets =
+            (planes(0, 0, slot) <= splat(box.upper.x)) & (planes(0, 1, slot) >= splat(box.lower.x));
         meets = meets & (planes(1, 0, slot) <= splat(box.upper.y)) &
                 (planes(1, 1, slot) >= splat(box.lower.y));
         return meets & (planes(2, 0, slot) <= splat(box.upper.z)) &
@@ -371,10 +376,10 @@ HWY_INLINE std::uint32_t slots_meeting(const Box& box, const LeafTriangles& tria
     });
 }
 
-/// Adds the pairs of triangles of two leaves whose boxes meet; of one leaf each pair once.
-HWY_INLINE void add_pairs(const Leaf& leaf, const LeafTriangles& own, const Leaf& other_leaf,
-                          const LeafTriangles& other, const Box& other_box, PairTests& tests) {
-    std::uint32_t left = own.used & slots_meeting(widened(other_box), own);
+/// Adds the pairs of these triangles of a leaf and those of another one whose boxes meet; of one
+/// leaf each pair once.
+HWY_INLINE void add_pairs(const Leaf& leaf, const LeafTriangles& own, std::uint32_t left,
+                          const Leaf& other_leaf, const LeafTriangles& other, PairTests& tests) {
     for (; left != 0; left &= left - 1) {
         const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
         std::uint32_t partners = 0;
@@ -418,13 +423,14 @@ void find_crossings_of_leaf(const CrossingScene& scene, std::uint32_t index,
             } else if (child == kEmptyChild || leaf_of(child) < index) {
                 continue;
             } else if (leaf_of(child) == index) {
-                add_pairs(leaf, own, leaf, own, bounds, tests);
-            } else {
-                LeafTriangles other;
+                add_pairs(leaf, own, own.used, leaf, own, tests);
+            } else if (const std::uint32_t near =
+                           own.used & slots_meeting(widened(slot_box(node, slot)), own);
+                       near != 0) {
                 const Leaf& other_leaf = bvh.leaves[leaf_of(child)];
+                LeafTriangles other;
                 load_triangles(scene, other_leaf, other);
-                if (other.used != 0)
-                    add_pairs(leaf, own, other_leaf, other, slot_box(node, slot), tests);
+                add_pairs(leaf, own, near, other_leaf, other, tests);
             }
         }
     }

@@ -52,8 +52,7 @@ std::size_t solve(Equations rows, std::size_t columns, std::vector<Rational>& so
     solution.clear();
     // With full rank every column has a pivot, in order.
     if (has_solution && rank == columns)
-        for (std::size_t c = 0; c < columns; ++c)
-            solution.push_back(rows[c][columns] / rows[c][c]);
+        for (std::size_t c = 0; c < columns; ++c) solution.push_back(rows[c][columns] / rows[c][c]);
     return rank;
 }
 
@@ -84,7 +83,9 @@ std::vector<RationalPoint> common_corners(const Triangle& a, const Triangle& b) 
         if (weights[0] + weights[1] > 1 || weights[2] + weights[3] > 1) continue;
         RationalPoint corner;
         for (int axis = 0; axis < 3; ++axis) {
-            const auto of = [axis](const vec3& p) { return Rational(static_cast<double>(p[axis])); };
+            const auto of = [axis](const vec3& p) {
+                return Rational(static_cast<double>(p[axis]));
+            };
             corner[static_cast<std::size_t>(axis)] =
                 of(a[0]) + weights[0] * (of(a[1]) - of(a[0])) + weights[1] * (of(a[2]) - of(a[0]));
         }
@@ -109,9 +110,10 @@ bool referee_crosses(const Triangle& a, const Triangle& b) {
     if (corners.empty()) return false;
     std::vector<RationalPoint> shared;
     for (const vec3& p : a)
-        if (std::ranges::count(b, p) > 0) shared.push_back({Rational(static_cast<double>(p.x)),
-                                                            Rational(static_cast<double>(p.y)),
-                                                            Rational(static_cast<double>(p.z))});
+        if (std::ranges::count(b, p) > 0)
+            shared.push_back({Rational(static_cast<double>(p.x)),
+                              Rational(static_cast<double>(p.y)),
+                              Rational(static_cast<double>(p.z))});
     RationalPoint middle = {0, 0, 0};
     for (const RationalPoint& corner : corners)
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -156,7 +158,9 @@ private:
         const vec3 p(random_.from(-2, 2), random_.from(-2, 2), random_.from(-2, 2));
         return random_.one_in(2) ? p : vec3(p.x, p.y, 0);
     }
-    vec3 along(vec3 p, vec3 q) { return p + 0.25f * static_cast<float>(random_.from(-1, 5)) * (q - p); }
+    vec3 along(vec3 p, vec3 q) {
+        return p + 0.25f * static_cast<float>(random_.from(-1, 5)) * (q - p);
+    }
     void nudge(vec3& p) {
         const int axis = random_.from(0, 2);
         p[axis] = std::nextafter(p[axis], static_cast<float>(random_.sign()) * 10);
