@@ -213,8 +213,8 @@ private:
                 v[side][i] = load_unaligned(unsorted_.vertices[side][i]);
         UintMask is_shared[2][3];
         for (std::size_t i = 0; i < 3; ++i) {
-            is_shared[0][i] = v[0][i] == v[1][0] | v[0][i] == v[1][1] | v[0][i] == v[1][2];
-            is_shared[1][i] = v[1][i] == v[0][0] | v[1][i] == v[0][1] | v[1][i] == v[0][2];
+            is_shared[0][i] = (v[0][i] == v[1][0]) | (v[0][i] == v[1][1]) | (v[0][i] == v[1][2]);
+            is_shared[1][i] = (v[1][i] == v[0][0]) | (v[1][i] == v[0][1]) | (v[1][i] == v[0][2]);
         }
         UintVec counts[2];
         for (std::size_t side = 0; side < 2; ++side) {

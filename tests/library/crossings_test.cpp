@@ -227,7 +227,7 @@ TEST(Crossings, OfScenesAreThoseOfAllPairs) {
     std::size_t found = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const std::vector<UserMesh> meshes = {UserMesh(named.scene)};
-        if (meshes[0].triangles.size() > 3 * 700) continue;
+        if (meshes[0].triangles.size() > 3 * 250) continue;
         const std::vector<CrossingPair> expected = every_crossing(meshes);
         found += expected.size();
         for (const std::string& simd : targets) {
