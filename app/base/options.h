@@ -26,7 +26,7 @@ enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
 enum class ExrColours { kHalf, kFloat };
 
-enum class PointQuery { kInside, kWinding, kDistance, kClosest };
+enum class Question { kInside, kWinding, kDistance, kClosest, kCrossings };
 
 struct SourceOptions : AnimationOptions {
     std::string scene = {};
@@ -102,7 +102,8 @@ struct Options {
     morphray::AllHitsOptions hit_lists = {};
     /// Of query. Each question is there at most once, in the order of the answers.
     std::string point_file = {};
-    std::vector<PointQuery> queries = {};
+    std::vector<Question> questions = {};
+    bool counts_only = false;
     morphray::FillRule rule = morphray::FillRule::nonzero;
     float max_distance = std::numeric_limits<float>::infinity();
     /// Of chart, info and devices.
@@ -166,14 +167,16 @@ inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"once", morphray::C
                                                             {"owner", morphray::Crossing::owner}};
 inline constexpr Choice<morphray::FillRule> kFillRules[] = {
     {"nonzero", morphray::FillRule::nonzero}, {"odd", morphray::FillRule::odd}};
-inline constexpr Choice<PointQuery> kPointQueries[] = {{"inside", PointQuery::kInside},
-                                                       {"winding", PointQuery::kWinding},
-                                                       {"distance", PointQuery::kDistance},
-                                                       {"closest", PointQuery::kClosest}};
-inline constexpr const char* kPointQueriesHelp =
+inline constexpr Choice<Question> kQuestions[] = {{"inside", Question::kInside},
+                                                  {"winding", Question::kWinding},
+                                                  {"distance", Question::kDistance},
+                                                  {"closest", Question::kClosest},
+                                                  {"crossings", Question::kCrossings}};
+inline constexpr const char* kQuestionsHelp =
     "what is answered, in this order: inside: 0 or 1; winding: how often meshes wind around the "
     "point; distance: to the surface, negative inside; closest: `x y z distance prim u v feature` "
-    "(prim: the triangle's number)";
+    "(prim: the triangle's number); or, without points, crossings: a line `frame mesh prim mesh "
+    "prim` for each pair of triangles that cross";
 inline constexpr Choice<std::optional<bool>> kReferences[] = {
     {"auto", std::nullopt}, {"brute", true}, {"cpu", false}};
 

@@ -199,13 +199,14 @@ void add_scene_options(CLI::App& command, Options& options) {
         command.add_flag(
             "--lenient", source.lenient,
             "accept vertices that are not finite, and leave out faces that are invalid");
-    if (is("render crosscheck profile"))
+    if (is("render crosscheck profile query"))
         add_text(command, "--frames,--frame", "F|A..B[:STEP],...|all",
                  fmt::format("frames, in increasing order; fractions lie between whole frames ({})",
-                             is("render") ? "all whole frames"
-                                          : "the first, those at a quarter and a half, the last"),
+                             is("render")  ? "all whole frames"
+                             : is("query") ? "the first; several for crossings alone"
+                                           : "the first, those at a quarter and a half, the last"),
                  options.frames);
-    if (is("view probe trace query info"))
+    if (is("view probe trace info"))
         add_parsed(
             command, "--frame,--frames", "F",
             is("probe") ? "the frame" : "the frame; fractions lie between whole frames (the first)",
@@ -372,20 +373,20 @@ void add_trace_options(CLI::App& command, Options& options) {
 
 void add_query_options(CLI::App& command, Options& options) {
     add_text(command, "--points", "FILE|-", "a line `x y z` for each point, or an array (.npy)",
-             options.point_file)
-        ->required();
-    add_parsed(command, "--ask", names_of(kPointQueries) + ",...", kPointQueriesHelp,
-               options.queries,
+             options.point_file);
+    add_parsed(command, "--ask", names_of(kQuestions) + ",...", kQuestionsHelp, options.questions,
                [](const std::string& text) {
-                   std::vector<PointQuery> queries;
+                   std::vector<Question> questions;
                    for (const std::string_view part : split(text, ',')) {
-                       queries.push_back(value_in(kPointQueries, part));
-                       if (std::ranges::count(queries, queries.back()) > 1)
+                       questions.push_back(value_in(kQuestions, part));
+                       if (std::ranges::count(questions, questions.back()) > 1)
                            refuse(std::string(part) + " is given twice");
                    }
-                   return queries;
+                   return questions;
                })
         ->required();
+    command.add_flag("--count", options.counts_only,
+                     "of crossings: only a line `frame pairs` for each frame");
     add_choice(command, "--rule",
                "which points are inside: those that meshes wind around, or those with an odd "
                "number of crossings (nonzero)",
@@ -395,8 +396,7 @@ void add_query_options(CLI::App& command, Options& options) {
                    constexpr double kMost = std::numeric_limits<float>::max();
                    return static_cast<float>(std::min(parse_finite(text, 0), kMost));
                });
-    add_text(command, "-o,--out", "FILE|-", "a line of answers for each point (stdout)",
-             options.out);
+    add_text(command, "-o,--out", "FILE|-", "the lines of answers (stdout)", options.out);
 }
 
 void add_output_options(CLI::App& command, Options& options) {
@@ -505,6 +505,15 @@ void complete(const CLI::App& command, Options& options) {
     if (is_one_of(options, "trace query") && (!backend.device.empty() || backend.validate) &&
         (backend.choice == BackendChoice::kCpu || backend.choice == BackendChoice::kBrute))
         refuse("--device, --validate: nothing runs on a device; choose --backend vulkan");
+    if (options.command == "query") {
+        const bool asks_crossings =
+            std::ranges::count(options.questions, Question::kCrossings) != 0;
+        if (asks_crossings && options.questions.size() > 1)
+            refuse("--ask: crossings are no question about points; ask for them alone");
+        if (asks_crossings != options.point_file.empty())
+            refuse(asks_crossings ? "--points: crossings need none" : "--points is required");
+        if (options.counts_only && !asks_crossings) refuse("--count goes with --ask crossings");
+    }
     if (options.command != "crosscheck") return;
     if (!options.digest && options.inputs.empty()) refuse("SCENES is required, or --digest");
     constexpr std::string_view kOfDigest[] = {"--digest", "--backend",  "--device", "--threads",
@@ -551,10 +560,11 @@ constexpr CommandText kCommandTexts[] = {
      "--frame --backend --rays --out --binary --all --max-hits --crossing",
      "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -\n"
      "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out - --all"},
-    {"query", "Says where the points of a file are: inside, how far, closest to",
-     "--frame --backend --points --ask --rule --max-distance --out",
+    {"query", "Says where the points of a file are, or which triangles cross",
+     "--frames --backend --points --ask --count --rule --max-distance --out",
      "  echo 0 1 0 | morphray query builtin:spikes --points - --ask inside,distance\n"
-     "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest"},
+     "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest\n"
+     "  morphray query builtin:herd --frames all --ask crossings --count"},
     {"chart", "Draws charts of speed against accuracy, as images and data", "",
      "  morphray chart builtin:cloth --out charts --quick"},
     {"info", "Describes a scene; without a scene, this program", "",

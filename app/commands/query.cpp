@@ -1,5 +1,7 @@
-// morphray query: reads points from a file and writes where they are to a file.
+// morphray query: writes where the points of a file are, or which triangles cross.
 #include "app/animation/animation_scene.h"
+#include "app/animation/devices.h"
+#include "app/animation/frames.h"
 #include "app/base/ray_reader.h"
 #include "app/commands/commands.h"
 
@@ -20,11 +22,11 @@ std::string text_of(const morphray::ClosestPoint& c, const Origin& origin) {
 
 /// Warns if queries that need a closed mesh are about one that is not, or encloses nothing.
 void warn_if_open(const Options& options, const PosedAnimation& posed, const Messages& messages) {
-    const auto asks = [&](PointQuery query) {
-        return std::ranges::find(options.queries, query) != options.queries.end();
+    const auto asks = [&](Question question) {
+        return std::ranges::find(options.questions, question) != options.questions.end();
     };
-    const bool asks_winding = asks(PointQuery::kWinding);
-    const bool asks_by_rule = asks(PointQuery::kInside) || asks(PointQuery::kDistance);
+    const bool asks_winding = asks(Question::kWinding);
+    const bool asks_by_rule = asks(Question::kInside) || asks(Question::kDistance);
     if (!asks_winding && !asks_by_rule) return;
     const morphray::EdgeCounts edges = posed.scene->scene().edge_counts();
     const bool is_closed =
@@ -55,25 +57,25 @@ void answer(const Options& options, const PosedAnimation& posed,
     }
     const morphray::QueryOptions cancellable{.cancel = &interrupt_flag()};
     std::vector<std::string> lines(count);
-    for (const PointQuery query : options.queries) {
+    for (const Question question : options.questions) {
         const auto add = [&](auto answers, const auto& ask, const auto& text_of_answer) {
             ask(std::span(answers));
             for (std::size_t i = 0; i < count; ++i) {
-                if (query != options.queries.front()) lines[i] += ' ';
+                if (question != options.questions.front()) lines[i] += ' ';
                 lines[i] += text_of_answer(answers[i]);
             }
         };
-        if (query == PointQuery::kInside)
+        if (question == Question::kInside)
             add(
                 std::vector<std::uint8_t>(count),
                 [&](auto inside) { scene.contains(points, inside, options.rule, cancellable); },
                 [](std::uint8_t is_inside) { return is_inside != 0 ? '1' : '0'; });
-        if (query == PointQuery::kWinding)
+        if (question == Question::kWinding)
             add(
                 std::vector<std::int32_t>(count),
                 [&](auto windings) { scene.winding(points, windings, cancellable); },
                 [](std::int32_t winding) { return std::to_string(winding); });
-        if (query == PointQuery::kDistance)
+        if (question == Question::kDistance)
             add(
                 std::vector<float>(count),
                 [&](auto distances) {
@@ -81,7 +83,7 @@ void answer(const Options& options, const PosedAnimation& posed,
                                           cancellable);
                 },
                 [](float distance) { return fmt::format("{:.9g}", distance); });
-        if (query == PointQuery::kClosest)
+        if (question == Question::kClosest)
             add(
                 std::vector<morphray::ClosestPoint>(count),
                 [&](auto closest) {
@@ -92,10 +94,44 @@ void answer(const Options& options, const PosedAnimation& posed,
     for (const std::string& line : lines) text += line + '\n';
 }
 
+/// The lines of the pairs of triangles that cross, or of their numbers, at each frame.
+ExitCode list_crossings(const Options& options, const Messages& messages) {
+    const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
+    std::vector<double> frames = {animation->first_frame()};
+    if (!options.frames.empty()) frames = select_frames(options, *animation, DefaultFrames::kAll);
+    AnimationScene scene(open_device(options.backend, messages), options, *animation,
+                         frames.front(), messages);
+    const morphray::CrossingOptions all_or_none{
+        .limit = options.counts_only ? 0 : std::numeric_limits<std::uint64_t>::max()};
+    std::string text;
+    Progress progress("querying", frames.size(), messages);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const double frame = frames[i];
+        scene.advance(frame);
+        const morphray::Crossings found = call_library(
+            [&] { return scene.scene().crossings(all_or_none, {.cancel = &interrupt_flag()}); });
+        if (options.counts_only) text += fmt::format("{} {}\n", frame, found.left_out);
+        for (const auto& [first, second] : found.pairs)
+            text += fmt::format("{} {} {} {} {}\n", frame, first.geom_id, first.prim_id,
+                                second.geom_id, second.prim_id);
+        progress.update(i + 1);
+    }
+    write_report(options.out, text);
+    return ExitCode::kOk;
+}
+
 }  // namespace
 
-ExitCode run_query(const Options& options, const Messages& messages) {
-    check_reports({options.out});
+ExitCode run_query(const Options& given, const Messages& messages) {
+    check_reports({given.out});
+    if (given.questions.front() == Question::kCrossings) return list_crossings(given, messages);
+    Options options = given;
+    if (!given.frames.empty()) {
+        const std::vector<double> frames = parse_frame_range(given.frames);
+        if (frames.size() > 1)
+            throw Error(ErrorKind::kBadArgument, "--frames: points are asked about at one frame");
+        options.frame = frames.front();
+    }
     const std::vector<glm::dvec3> points = read_points(options.point_file);
     const PosedAnimation posed = pose_animation(options, messages);
     call_library([&] { warn_if_open(options, posed, messages); });

@@ -12,8 +12,7 @@
 #                four, in a triple product at most eight. Each is a factor between 1 - d and 1 + d,
 #                and so is each of the computed sizes and of their product with the constant.
 #
-# step: kPlaneRounding 0.45
-# step: kSideRounding 0.45
+# step 0.45: kPlaneRounding kSideRounding
 
 ## lemma: dot products
 d = 0x1p-53;

@@ -40,7 +40,7 @@ class CrossingSearch {
 public:
     CrossingSearch(SceneImpl& scene, const CrossingOptions& which, const QueryOptions& options)
         : scene_(scene),
-          filter_(scene, 0, "crossings", options),
+          filter_(scene, 0, "crossings", 0, options),
           tree_(scene.tracer().host_tree()),
           topology_(scene.meshes().topology()) {
         if (which.geom_ids || which.other || options.visible) {

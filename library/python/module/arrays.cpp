@@ -350,6 +350,13 @@ std::optional<std::vector<std::uint8_t>> visible_of(const py::object& object) {
     return std::vector<std::uint8_t>(flags, flags + packed.size());
 }
 
+std::optional<std::vector<std::uint32_t>> geom_ids_of(const py::object& ids, const char* name) {
+    if (ids.is_none()) return {};
+    const py::array array = array_of(ids, name);
+    if (array.ndim() != 1) throw_shape(array, name, "(G,)");
+    return ids_of(array, name, 1, "the geom_id", false);
+}
+
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype) {
     if (out.is_none()) return py::array(dtype, queries.shape);
     if (is_list(out)) throw py::type_error("out: a numpy.ndarray is needed, not a list");

@@ -80,6 +80,8 @@ std::optional<std::vector<Primitive>> excluded_of(const py::object& excluded,
 QueryArray hit_array_of(const py::object& hits);
 /// Flags of an array of bool, by geom_id. None: nothing.
 std::optional<std::vector<std::uint8_t>> visible_of(const py::object& visible);
+/// An array of integers. None: nothing.
+std::optional<std::vector<std::uint32_t>> geom_ids_of(const py::object& ids, const char* name);
 
 /// `out`, if writable, C-contiguous and of this dtype and shape; a new array if it is None.
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype);

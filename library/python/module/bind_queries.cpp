@@ -206,6 +206,57 @@ py::array signed_distance(PyScene& scene, QueryKeywords keywords, const py::obje
         });
 }
 
+/// Calls ask(scene, which, options) about the meshes that are named.
+template <class Ask>
+void ask_crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
+                   const py::object& visible, const py::object& threads, Cancel* cancel, Ask ask) {
+    const auto first = geom_ids_of(geom_ids, "geom_ids");
+    const auto second = geom_ids_of(other, "other");
+    const auto flags = visible_of(visible);
+    CrossingOptions which;
+    if (first) which.geom_ids = *first;
+    if (second) which.other = *second;
+    QueryOptions options{.threads = choice<Threads>("threads", threads, {"all", "calling"})};
+    if (flags) options.visible = *flags;
+    scene.query(0, cancel, [&](const Scene& asked, const Flag* cancelled) {
+        options.cancel = cancelled;
+        ask(asked, which, options);
+    });
+}
+
+py::object crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
+                     const py::object& limit, bool count, const py::object& visible,
+                     const py::object& threads, Cancel* cancel) {
+    const auto most = value_of<std::optional<std::uint64_t>>(limit, "limit: a count, or None,");
+    Crossings found;
+    ask_crossings(scene, geom_ids, other, visible, threads, cancel,
+                  [&](const Scene& asked, CrossingOptions which, const QueryOptions& options) {
+                      which.limit = count ? 0 : most.value_or(which.limit);
+                      found = asked.crossings(which, options);
+                  });
+    if (count) return py::int_(found.left_out);
+    py::array_t<std::uint32_t> pairs(
+        std::vector<py::ssize_t>{static_cast<py::ssize_t>(found.pairs.size()), 2, 2});
+    std::uint32_t* to = pairs.mutable_data();
+    for (const auto& [first, second] : found.pairs)
+        for (const Primitive& triangle : {first, second}) {
+            *to++ = triangle.geom_id;
+            *to++ = triangle.prim_id;
+        }
+    return py::module_::import("morphray").attr("Crossings")(pairs, found.left_out);
+}
+
+bool has_crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
+                   const py::object& visible, const py::object& threads, Cancel* cancel) {
+    bool found = false;
+    ask_crossings(
+        scene, geom_ids, other, visible, threads, cancel,
+        [&](const Scene& asked, const CrossingOptions& which, const QueryOptions& options) {
+            found = asked.has_crossings(which, options);
+        });
+    return found;
+}
+
 /// Binds a query, which takes QueryKeywords and arguments with these names.
 template <class Answer, class... Arguments, class... Names>
 void def_query(py::class_<PyScene>& scene_class, const char* name,
@@ -312,6 +363,24 @@ point is float64.)",
 of contains() and closest_points(). NaN for a point that is not finite.)",
         arg("points"), arg("out") = none, kw_only, arg("rule") = "nonzero",
         arg("max_distance") = none);
+    scene_class.def(
+        "crossings", &crossings,
+        R"(Finds the pairs of triangles that cross, exactly: that have a point in common which lies on no vertex
+and no edge that both have by position. Equal triangles cross.
+
+geom_ids: the meshes whose triangles form pairs. None: all
+other:  pairs have one triangle of geom_ids and one of these meshes. None: both are of geom_ids
+limit:  the most pairs that are listed, the first ones. None: all
+count:  return only their number, an int
+visible, threads, cancel: those of intersect()
+
+Returns a Crossings. Raises Error "bad_argument" for a geom_id that no mesh has.)",
+        arg("geom_ids") = none, arg("other") = none, kw_only, arg("limit") = none,
+        arg("count") = false, arg("visible") = none, arg("threads") = "all", arg("cancel") = none);
+    scene_class.def("has_crossings", &has_crossings,
+                    "Finds whether any triangles cross: a bool. Arguments as for crossings().",
+                    arg("geom_ids") = none, arg("other") = none, kw_only, arg("visible") = none,
+                    arg("threads") = "all", arg("cancel") = none);
 }
 
 }  // namespace morphray::python

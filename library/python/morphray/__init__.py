@@ -45,10 +45,10 @@ from ._morphray import (
 )
 from . import _views as _views
 
-__all__ = ["DIGEST", "INVALID_ID", "AllHits", "Cancel", "Comparison", "Device", "EdgeCounts", "Error", "Image",
-           "LeftOut", "Mesh", "Scene", "Textures", "TreeStatistics", "Update", "VulkanDeviceInfo",
-           "__version__", "closest_dtype", "compare", "hit_dtype", "ray_dtype", "simd_targets",
-           "vulkan_devices"]
+__all__ = ["DIGEST", "INVALID_ID", "AllHits", "Cancel", "Comparison", "Crossings", "Device", "EdgeCounts",
+           "Error", "Image", "LeftOut", "Mesh", "Scene", "Textures", "TreeStatistics", "Update",
+           "VulkanDeviceInfo", "__version__", "closest_dtype", "compare", "hit_dtype", "ray_dtype",
+           "simd_targets", "vulkan_devices"]
 
 
 class Textures(_NamedTuple):
@@ -109,6 +109,17 @@ class AllHits(_NamedTuple):
     def ray_ids(self) -> _NDArray[_np.int64]:
         """(H,) int64: the ray of each hit, made anew by each use."""
         return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
+
+
+class Crossings(_NamedTuple):
+    """The pairs of triangles of Scene.crossings().
+
+    pairs:    (P, 2, 2) uint32: geom_id and prim_id of two triangles, the lower ones first; in order
+    left_out: the number of pairs beyond the limit
+    """
+
+    pairs: _NDArray[_np.uint32]
+    left_out: int
 
 
 def _repr(result: _Any) -> str:

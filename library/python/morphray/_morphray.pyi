@@ -6,7 +6,7 @@ from typing import Any, Final, Literal, Protocol, Sequence, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import AllHits
+from . import AllHits, Crossings
 
 class _DLPack(Protocol):
     def __dlpack__(self, *args: Any, **kwargs: Any) -> Any: ...
@@ -178,6 +178,17 @@ class Scene:
                         max_distance: float | None = None, visible: _Array | None = None,
                         excluded: _Array | None = None, threads: _Threads = "all",
                         cancel: Cancel | None = None) -> NDArray[np.float32]: ...
+    @overload
+    def crossings(self, geom_ids: _Array | None = None, other: _Array | None = None, *, limit: int | None = None,
+                  count: Literal[False] = False, visible: _Array | None = None, threads: _Threads = "all",
+                  cancel: Cancel | None = None) -> Crossings: ...
+    @overload
+    def crossings(self, geom_ids: _Array | None = None, other: _Array | None = None, *, limit: int | None = None,
+                  count: Literal[True], visible: _Array | None = None, threads: _Threads = "all",
+                  cancel: Cancel | None = None) -> int: ...
+    def has_crossings(self, geom_ids: _Array | None = None, other: _Array | None = None, *,
+                      visible: _Array | None = None, threads: _Threads = "all",
+                      cancel: Cancel | None = None) -> bool: ...
     device: Final[Device]
     bounds: Final[tuple[NDArray[np.float64], NDArray[np.float64]]]
     origin: Final[NDArray[np.float64]]
