@@ -29,6 +29,26 @@ TEST(Query, AnswersComeInTheOrderAsked) {
     }
 }
 
+/// Two triangles that share an edge, and one that goes through the first.
+const char* crossing_triangles() {
+    return "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0.2 0.2 -1\nv 0.2 0.2 1\nv 0.3 -1 0\n"
+           "f 1 2 3\nf 2 4 3\nf 5 6 7\n";
+}
+
+TEST(Query, ListsTrianglesThatCrossAtEachFrame) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", crossing_triangles());
+    for (const char* backend : {"cpu", "brute"}) {
+        const Outcome outcome =
+            run(words("query " + scene + " --ask crossings --backend " + backend));
+        EXPECT_EQ(outcome.out, "0 0 0 0 2\n") << outcome.err;
+    }
+    EXPECT_EQ(run(words("query " + scene + " --ask crossings --count --frames all")).out, "0 1\n");
+    for (const char* wrong : {"--ask crossings,inside", "--ask crossings --points -",
+                              "--ask inside --count --points -", "--ask inside"})
+        EXPECT_EQ(run(words("query " + scene + " " + wrong)).code, 2) << wrong;
+}
+
 TEST(Query, ClosestPointIsNamedWithItsFeature) {
     const Outcome outcome =
         query(unit_triangle(), "0.25 0.5 2\n0.5 -1 0\n-3 -4 0\n", {"--ask", "closest"});

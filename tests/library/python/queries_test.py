@@ -264,3 +264,22 @@ def test_normals_of_hits():
         assert not normals[~seen].any()
     closest = scene.closest_points(points)
     assert np.allclose(scene.normals(closest), normals[seen][0])
+
+
+def test_crossings_are_pairs_of_triangles():
+    sheet, sheet_triangles = triangle()
+    blade = np.array([[0.2, 0.2, -1], [0.2, 0.2, 1], [0.3, -1, 0]], np.float32)
+    scene = morphray.Scene(sheet, sheet_triangles)
+    assert not scene.has_crossings() and scene.crossings(count=True) == 0
+    other = scene.attach(blade, [[0, 1, 2]])
+    found = scene.crossings()
+    assert found.pairs.shape == (1, 2, 2) and found.pairs.dtype == np.uint32 and found.left_out == 0
+    assert found.pairs[0, :, 0].tolist() == [0, other]
+    assert scene.crossings([0], [other], count=True) == 1 and scene.has_crossings(other=[0])
+    assert scene.crossings([other]).pairs.shape == (0, 2, 2)
+    limited = scene.crossings(limit=0, visible=[True, True])
+    assert limited.left_out == 1 and not limited.pairs.size
+    assert scene.crossings([], count=True) == 0
+    for wrong in ({"geom_ids": [7]}, {"visible": [True]}):
+        with pytest.raises(morphray.Error):
+            scene.crossings(**wrong)
