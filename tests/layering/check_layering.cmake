@@ -7,7 +7,7 @@ cmake_minimum_required(VERSION 3.25)
 # A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
 # room X may include, besides its own.
 set(rooms common/interop report common cpu gpu shaders library/include library/src library/embree
-    library/python library/examples scenes lab/methods lab/accuracy lab/bench lab/proofs app tests)
+    library/python library/examples scenes lab/methods lab/accuracy lab/bench lab/gpu_model lab/proofs app tests)
 set(may_see_common/interop)
 set(may_see_common common/interop)
 set(may_see_report common common/interop)
@@ -23,6 +23,7 @@ set(may_see_scenes common common/interop)
 set(may_see_lab/methods report cpu gpu shaders common common/interop)
 set(may_see_lab/accuracy lab/methods report scenes cpu gpu common common/interop)
 set(may_see_lab/bench lab/methods library/include report scenes cpu gpu shaders common common/interop)
+set(may_see_lab/gpu_model lab/bench lab/methods cpu common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
 set(may_see_app library/include library/src report scenes common common/interop)
 set(may_see_tests library/include library/src report scenes cpu gpu common common/interop)
@@ -30,7 +31,7 @@ set(may_see_tests library/include library/src report scenes cpu gpu common commo
 set(tests_of_app app)
 set(tests_of_fuzz app)
 set(tests_of_gpu shaders)
-set(tests_of_lab lab/accuracy lab/bench lab/methods)
+set(tests_of_lab lab/accuracy lab/bench lab/gpu_model lab/methods)
 set(tests_of_library library/python)
 set(tests_of_shaders shaders)
 
