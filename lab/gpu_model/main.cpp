@@ -3,6 +3,7 @@
 // the benchmark with SIDE pixels; or all of the scene from DISTANCE times the default eye's,
 // 1920x1080.
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
