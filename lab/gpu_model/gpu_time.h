@@ -1,9 +1,8 @@
 // The time of dispatches on a GPU, from the steps of warps.
 #pragma once
 
-#include <span>
+#include <array>
 #include <string_view>
-#include <vector>
 
 #include "lab/gpu_model/warp_trace.h"
 
@@ -22,46 +21,37 @@ struct Card {
     double l1_latency, l2_latency, dram_latency;
 };
 
-struct StepCost {
-    /// Instructions of vectors in RADV's code, those of them that add or multiply floats, and loads
-    /// of which each waits for the one before.
-    double instructions = 0, floats = 0, loads = 0;
-};
-
-struct KernelCost {
+/// What dispatches of a kernel need.
+struct KernelForm {
+    Kernel kernel;
     std::string_view name;
     double registers;
     /// In memory, for each ray.
     double ray_bytes;
     /// From an instruction to the next of a warp that is alone: less where more are independent.
     double cycles_alone;
-    StepCost steps[kStepKinds] = {};
+    /// Pixels of a region, and the most rays of a dispatch.
+    double region;
 };
 
-/// Cycles of a warp in each part of a unit, and in all where it is alone.
+/// Cycles of a warp in each part of a unit (issue, first cache, second cache, memory), and in all
+/// where it is alone.
 struct WarpLoad {
-    double issue = 0, l1 = 0, l2 = 0, dram = 0, alone = 0;
-
-    void add(const WarpLoad& other, double divisor) {
-        issue += other.issue / divisor;
-        l1 += other.l1 / divisor;
-        l2 += other.l2 / divisor;
-        dram += other.dram / divisor;
-        alone += other.alone / divisor;
-    }
+    std::array<double, 4> parts = {};
+    double alone = 0;
 };
 
-struct Pass {
-    std::vector<WarpLoad> warps;
-    double warps_in_flight = 0;
-};
+/// That a kernel's registers leave room for on a unit.
+double warps_in_flight(const Card& card, const KernelForm& form);
 
 /// The load of warps that follow each other on one unit, whose cache they share.
-Pass load_warps(const Card& card, const KernelCost& kernel, std::span<const WarpTrace> warps,
-                double scene_bytes);
+std::vector<WarpLoad> load_warps(const Card& card, const KernelForm& form,
+                                 std::span<const WarpTrace> warps, double scene_bytes);
+
+WarpLoad mean_of(std::span<const WarpLoad> warps);
 
 /// Microseconds of a dispatch of so many warps, each like one of `warps`.
-double dispatch_us(const Card& card, double warps_in_flight, std::span<const WarpLoad> warps,
+double dispatch_us(const Card& card, double in_flight, std::span<const WarpLoad> warps,
                    double warp_count);
 
 }  // namespace mray::lab

@@ -2,470 +2,324 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
 #include "common/interop/hit_rule.h"
 
 namespace mray::lab {
 namespace {
 
-/// A place in a device's memory: the bytes of an array, and its number.
-std::uint64_t address(std::uint64_t array, std::uint64_t byte) { return array << 34 | byte; }
-std::uint64_t node_at(std::uint64_t node) { return address(0, sizeof(Node) * node); }
-std::uint64_t leaf_at(std::uint64_t leaf) { return address(1, sizeof(Leaf) * leaf); }
-
-struct Lane {
-    Ray ray;
-    SlabRay slab;
-    ShearedRay sheared;
-    /// The answer.
-    float t;
-    std::uint32_t prim = kNoPrim;
-    struct Entry {
-        std::uint32_t child = 0;
-        float key = 0;
-    };
-    Entry current;
-    std::vector<Entry> stack;
-    /// The node or leaf that is visited; its quarters or triangles that are left, as bits.
-    std::uint32_t visited = 0, left = 0;
-    /// The slots of a quarter that are met, and their keys.
-    std::uint32_t first_slot = 0, met = 0;
-    std::array<float, 4> keys = {};
-    std::uint32_t sure_count = 0;
-    /// Places of open triangles (triangle_at()), and how many leaves these are in.
-    std::vector<std::uint32_t> open;
-    std::uint32_t open_leaves = 0;
-
-    explicit Lane(const Ray& traced)
-        : ray(traced),
-          slab(slab_ray(traced.org, traced.dir)),
-          sheared(shear_ray(traced.org, traced.dir)),
-          t(traced.tfar) {}
-
-    bool has_hit() const { return prim != kNoPrim; }
-    bool is_finished() const { return current.child == kEmptyChild; }
-    bool at_node() const { return !is_leaf(current.child); }
-    bool at_leaf() const { return !at_node() && !is_finished(); }
-    std::uint32_t next() const { return static_cast<std::uint32_t>(std::countr_zero(left)); }
-
-    bool meets(const Box& box, float& key) const {
-        return !box.empty() && hits_box(slab, box.lower, box.upper, key) && key <= last_depth(t);
-    }
-    void take(float at, std::uint32_t prim_id) {
-        if (!is_closer(at, prim_id, t, prim)) return;
-        t = at;
-        prim = prim_id;
-    }
-    void decide(vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
-        TriangleHit hit;
-        if (intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)) take(hit.t, prim_id);
-    }
+/// What a lane does in a step. Lanes that are at the same turn of the same loops step together, and
+/// those at an earlier one go first: so all wait for each other at the end of a loop.
+struct LaneStep {
+    std::array<std::uint32_t, 4> turn;
+    StepKind kind;
+    /// Its loads' first in WarpTracer::loads_; all lanes of a step have as many.
+    std::size_t loads_begin, loads_end;
 };
 
-using Lanes = std::vector<Lane*>;
+/// Arrays in a device's memory.
+enum class Array : std::uint64_t { kNodes, kLeaves, kNodeBoxes, kLeafBoxes };
 
-template <class Test>
-Lanes select(const Lanes& lanes, Test test) {
-    Lanes selected;
-    std::ranges::copy_if(lanes, std::back_inserter(selected), [&](Lane* l) { return test(*l); });
-    return selected;
-}
+// Turns within the visit of a node or leaf.
+constexpr std::uint32_t kLeafVisits = 1u << 16;
+constexpr std::uint32_t kAfterTriangles = 100;
+constexpr std::uint32_t kAfterAll = 200;
 
-/// A warp, and the record of its steps.
-class Warp {
+/// Traces lane after lane, and then finds what they do at once.
+class WarpTracer {
 public:
-    explicit Warp(std::span<const Ray> rays) : lanes_(rays.begin(), rays.end()) {
-        for (Lane& lane : lanes_) all_.push_back(&lane);
-        trace_.rays = static_cast<std::uint32_t>(rays.size());
-        end_step(StepKind::kBegin, all_);
-    }
+    WarpTracer(Kernel kernel, bool any_hit)
+        : is_first_(kernel == Kernel::kFirst), any_hit_(any_hit) {}
 
-protected:
-    /// Loads `count` vectors of 16 bytes from at(lane) on, each `stride` bytes after the last.
-    template <class At>
-    void load(const Lanes& lanes, At at, std::uint32_t count = 1, std::uint32_t stride = 16) {
-        const auto registers = static_cast<std::uint32_t>(lanes.size() + 7) / 8;
-        for (std::uint32_t k = 0; k < count; ++k) {
-            lines_.clear();
-            for (const Lane* lane : lanes) touch((at(*lane) + std::uint64_t{k} * stride) / 32);
-            wavefronts_ += std::max(static_cast<std::uint32_t>(lines_.size()), registers);
+    template <class Tree>
+    WarpTrace trace(const Tree& tree, std::span<const Ray> rays) {
+        for (lane_ = 0; lane_ < rays.size(); ++lane_) {
+            ray_ = rays[lane_];
+            slab_ = slab_ray(ray_.org, ray_.dir);
+            sheared_ = shear_ray(ray_.org, ray_.dir);
+            t_ = ray_.tfar;
+            prim_ = kNoPrim;
+            current_ = {};
+            stack_.clear();
+            round_ = visit_ = 0;
+            end_step(StepKind::kBegin);
+            const std::uint32_t open_before = trace_.open;
+            for (round_ = 1; !is_finished(); ++round_) trace_round(tree);
+            trace_.hits += has_hit() ? 1 : 0;
+            if (any_hit_ && has_hit()) trace_.open = open_before;
         }
-    }
-
-    /// The top entries of the stacks, of which each word lies lane by lane.
-    void touch_stacks(const Lanes& lanes, std::uint32_t words = 2) {
-        for (std::uint32_t word = 0; word < words; ++word) {
-            lines_.clear();
-            for (const Lane* lane : lanes) {
-                const auto index = static_cast<std::uint64_t>(lane - lanes_.data());
-                touch(kStackSector + 4 * (lane->stack.size() * words + word) + index / 8);
-            }
-            wavefronts_ += static_cast<std::uint32_t>(lines_.size());
-        }
-    }
-
-    void end_step(StepKind kind, const Lanes& lanes) {
-        if (lanes.empty()) return;
-        trace_.steps.push_back({kind, static_cast<std::uint8_t>(lanes.size()), wavefronts_,
-                                static_cast<std::uint32_t>(trace_.sectors.size())});
-        wavefronts_ = 0;
-        step_begin_ = static_cast<std::ptrdiff_t>(trace_.sectors.size());
-    }
-
-    std::vector<Lane> lanes_;
-    Lanes all_;
-    WarpTrace trace_;
-
-private:
-    void touch(std::uint64_t sector) {
-        if (std::ranges::find(lines_, sector / 4) == lines_.end()) lines_.push_back(sector / 4);
-        auto& sectors = trace_.sectors;
-        if (std::find(sectors.begin() + step_begin_, sectors.end(), sector) == sectors.end())
-            sectors.push_back(sector);
-    }
-
-    std::vector<std::uint64_t> lines_;
-    std::uint32_t wavefronts_ = 0;
-    std::ptrdiff_t step_begin_ = 0;
-};
-
-/// The kernels over the shared layout; names as in shaders/.
-class LayoutWarp : Warp {
-public:
-    LayoutWarp(const Bvh& bvh, std::span<const Ray> rays, bool any_hit, KernelForm form)
-        : Warp(rays), bvh_(bvh), any_hit_(any_hit), is_first_(form == KernelForm::kFirst) {}
-
-    WarpTrace traverse() {
-        for (Lanes left = all_; !left.empty(); left = select(left, &is_unfinished))
-            is_first_ ? first_round(left) : round(left);
-        for (const Lane& lane : lanes_) {
-            trace_.hits += lane.has_hit() ? 1 : 0;
-            if (lane.open.empty() || (any_hit_ && lane.has_hit())) continue;
-            ++trace_.open_rays;
-            trace_.open_triangles += static_cast<std::uint32_t>(lane.open.size());
+        std::ranges::stable_sort(steps_, {}, &LaneStep::turn);
+        for (std::size_t begin = 0, end = 0; begin < steps_.size(); begin = end) {
+            while (end < steps_.size() && steps_[end].turn == steps_[begin].turn) ++end;
+            add_warp_step({&steps_[begin], end - begin});
         }
         return std::move(trace_);
     }
 
 private:
-    static bool is_unfinished(const Lane& lane) { return !lane.is_finished(); }
-    static bool is_at_node(const Lane& lane) { return lane.at_node(); }
-    static bool is_at_leaf(const Lane& lane) { return lane.at_leaf(); }
-    static bool has_left(const Lane& lane) { return lane.left != 0; }
+    struct Entry {
+        std::uint32_t child = 0;
+        float key = 0;
+    };
 
-    void visit_nodes_of(const Lanes& lanes) {
-        for (Lanes at = select(lanes, &is_at_node); !at.empty(); at = select(at, &is_at_node))
-            visit_nodes(at);
+    bool has_hit() const { return prim_ != kNoPrim; }
+    bool is_finished() const { return current_.child == kEmptyChild; }
+    bool at_leaf() const { return is_leaf(current_.child) && !is_finished(); }
+
+    /// Loads `count` vectors of 16 bytes, each `stride` bytes after the last.
+    void load(Array array, std::uint64_t byte, std::uint32_t count = 1, std::uint32_t stride = 16) {
+        for (std::uint32_t k = 0; k < count; ++k, byte += stride)
+            loads_.push_back((static_cast<std::uint64_t>(array) << 34 | byte) / 32);
     }
 
-    void round(const Lanes& lanes) {
-        visit_nodes_of(lanes);
-        visit_leaves(select(lanes, &is_at_leaf));
+    /// The top entry of the stack, of which each word lies lane by lane.
+    void touch_stack(std::uint32_t words = 2) {
+        for (std::uint32_t word = 0; word < words; ++word)
+            loads_.push_back(kStackSector + 4 * (stack_.size() * words + word) + lane_ / 8);
     }
 
-    /// Leaves after nodes as long as there is room for open triangles of four leaves, and then
-    /// these.
-    void first_round(const Lanes& lanes) {
-        const auto has_room = [](const Lane& l) { return !l.is_finished() && l.open_leaves < 4; };
-        for (Lanes left = lanes; !left.empty(); left = select(left, has_room)) {
-            visit_nodes_of(left);
-            for (Lanes at = select(left, &is_at_leaf); !at.empty();
-                 at = select(select(at, has_room), &is_at_leaf))
-                visit_leaves(at);
-        }
-        const auto has_open = [](const Lane& lane) { return !lane.open.empty(); };
-        for (Lanes open = select(lanes, has_open); !open.empty(); open = select(open, has_open)) {
-            load(
-                open, [](const Lane& l) { return leaf_at(triangle_leaf(l.open.back())); }, 5);
-            end_step(StepKind::kOpen, open);
-            for (Lane* lane : open) {
-                const std::uint32_t at = lane->open.back();
-                const auto [a, b, c] = triangle(triangle_leaf(at), triangle_slot(at));
-                lane->decide(a, b, c, bvh_.leaves[triangle_leaf(at)].prim_id[triangle_slot(at)]);
-                lane->open.pop_back();
+    void end_step(StepKind kind, std::uint32_t item = 0, std::uint32_t detail = 0) {
+        const std::size_t begin = steps_.empty() ? 0 : steps_.back().loads_end;
+        steps_.push_back({{round_, visit_, item, detail}, kind, begin, loads_.size()});
+    }
+
+    void add_warp_step(std::span<const LaneStep> lanes) {
+        const auto first_sector = static_cast<std::ptrdiff_t>(trace_.sectors.size());
+        const auto add = [](std::vector<std::uint64_t>& items, std::ptrdiff_t begin,
+                            std::uint64_t item) {
+            if (std::find(items.begin() + begin, items.end(), item) == items.end())
+                items.push_back(item);
+        };
+        std::size_t wavefronts = 0;
+        std::vector<std::uint64_t> lines;
+        for (std::size_t k = 0; k < lanes[0].loads_end - lanes[0].loads_begin; ++k) {
+            lines.clear();
+            for (const LaneStep& lane : lanes) {
+                const std::uint64_t sector = loads_[lane.loads_begin + k];
+                add(lines, 0, sector / 4);
+                add(trace_.sectors, first_sector, sector);
             }
+            const bool is_stack = lines[0] >= kStackSector / 4;
+            wavefronts += is_stack ? lines.size() : std::max(lines.size(), (lanes.size() + 7) / 8);
         }
-        for (Lane* lane : lanes) {
-            lane->open_leaves = 0;
-            if (any_hit_ && lane->has_hit()) lane->current.child = kEmptyChild;
+        trace_.steps.push_back({lanes[0].kind, static_cast<std::uint8_t>(lanes.size()),
+                                static_cast<std::uint32_t>(wavefronts),
+                                static_cast<std::uint32_t>(trace_.sectors.size())});
+    }
+
+    bool meets(const Box& box, float& key) {
+        return !box.empty() && hits_box(slab_, box.lower, box.upper, key) && key <= last_depth(t_);
+    }
+
+    void decide(const std::array<vec3, 3>& corners, std::uint32_t prim) {
+        const auto& [a, b, c] = corners;
+        TriangleHit hit;
+        const bool is_hit = intersect_triangle(sheared_, ray_.tnear, ray_.tfar, a, b, c, hit);
+        if (!is_hit || !is_closer(hit.t, prim, t_, prim_)) return;
+        t_ = hit.t;
+        prim_ = prim;
+    }
+
+    /// A round of the kernels over the shared layout: nodes, and then a leaf, or all leaves that
+    /// follow each other.
+    void trace_round(const Bvh& bvh) {
+        for (visit_ = 0; !is_leaf(current_.child); ++visit_) visit_node(bvh.nodes[current_.child]);
+        for (visit_ = kLeafVisits; at_leaf(); ++visit_) {
+            visit_leaf(bvh.leaves[leaf_of(current_.child)], leaf_of(current_.child));
+            if (!is_first_) return;
         }
     }
 
-    void visit_nodes(const Lanes& lanes) {
-        for (Lane* lane : lanes) {
-            lane->visited = lane->current.child;
-            lane->current = {kEmptyChild, kInfiniteT};
-            lane->left = is_first_ ? 15 : met_quarters(*lane);
-        }
+    void visit_node(const Node& node) {
+        const std::uint64_t index = current_.child;
+        const std::uint64_t at = sizeof(Node) * index;
+        current_ = {kEmptyChild, kInfiniteT};
         if (is_first_) {
-            load(
-                lanes, [](const Lane& l) { return node_at(l.visited); }, kNodeVec4s);
+            load(Array::kNodes, at, kNodeVec4s);
         } else {
-            trace_.boxes += 4 * static_cast<std::uint32_t>(lanes.size());
-            load(
-                lanes, [](const Lane& l) { return address(2, 96 * std::uint64_t{l.visited}); }, 6);
-            end_step(StepKind::kNode, lanes);
+            trace_.boxes += 4;
+            load(Array::kNodeBoxes, 96 * index, 6);
+            end_step(StepKind::kNode);
         }
-        for (Lanes at = select(lanes, &has_left); !at.empty(); at = select(at, &has_left))
-            visit_quarters(at);
-        if (is_first_) end_step(StepKind::kNode, lanes);
-        pop(select(lanes, [](const Lane& lane) { return lane.is_finished(); }));
-    }
-
-    std::uint32_t met_quarters(const Lane& lane) const {
         std::uint32_t met = 0;
-        for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
+        for (std::uint32_t slot = 0; slot < kWidth; slot += 4) {
             Box box;
-            for (std::uint32_t k = 0; k < 4; ++k)
-                box.extend(slot_box(bvh_.nodes[lane.visited], 4 * quarter + k));
             float key;
-            met |= lane.meets(box, key) ? 1u << quarter : 0;
+            for (std::uint32_t k = 0; k < 4; ++k) box.extend(slot_box(node, slot + k));
+            if (is_first_ || meets(box, key)) visit_quarter(node, at, slot, ++met);
         }
-        return met;
+        if (is_first_) end_step(StepKind::kNode);
+        if (is_finished()) pop();
     }
 
-    void visit_quarters(const Lanes& lanes) {
-        trace_.boxes += 4 * static_cast<std::uint32_t>(lanes.size());
-        for (Lane* lane : lanes) {
-            lane->first_slot = 4 * lane->next();
-            lane->left &= lane->left - 1;
-            lane->met = 0;
-            for (std::uint32_t k = 0; k < 4; ++k) {
-                const Box box = slot_box(bvh_.nodes[lane->visited], lane->first_slot + k);
-                lane->met |= lane->meets(box, lane->keys[k]) ? 1u << k : 0;
-            }
-        }
-        const auto quarter_at = [](const Lane& l) { return node_at(l.visited) + 4 * l.first_slot; };
-        const Lanes meeting = select(lanes, [](const Lane& lane) { return lane.met != 0; });
+    void visit_quarter(const Node& node, std::uint64_t at, std::uint32_t slot, std::uint32_t item) {
+        trace_.boxes += 4;
+        std::array<float, 4> keys;
+        std::array<bool, 4> met;
+        for (std::uint32_t k = 0; k < 4; ++k) met[k] = meets(slot_box(node, slot + k), keys[k]);
         if (!is_first_) {
-            load(lanes, quarter_at, 6, 4 * kPlaneStride);
-            end_step(StepKind::kQuarter, lanes);
-            load(meeting, [&](const Lane& l) { return quarter_at(l) + 16 * kNodeChild; });
-            end_step(StepKind::kChildren, meeting);
+            load(Array::kNodes, at + 4 * slot, 7, 4 * kPlaneStride);
+            end_step(StepKind::kQuarter, item);
         }
         for (std::uint32_t k = 0; k < 4; ++k) {
-            const Lanes met = select(meeting, [k](const Lane& l) { return (l.met >> k & 1) != 0; });
-            if (is_first_) touch_stacks(lanes);
-            if (!is_first_) push_steps(met);
-            for (Lane* lane : met)
-                consider(*lane, {child_of(bvh_.nodes[lane->visited], lane->first_slot + k),
-                                 lane->keys[k]});
+            if (is_first_) touch_stack();
+            if (met[k]) consider({child_of(node, slot + k), keys[k]}, item, 1 + k);
         }
     }
 
-    void push_steps(const Lanes& met) {
-        end_step(StepKind::kChild, met);
-        const Lanes pushing = select(met, &is_unfinished);
-        touch_stacks(pushing);
-        end_step(StepKind::kPush, pushing);
-    }
-
-    static void consider(Lane& lane, Lane::Entry child) {
-        const bool is_nearer = child.key < lane.current.key;
-        if (!lane.is_finished()) lane.stack.push_back(is_nearer ? lane.current : child);
-        if (is_nearer) lane.current = child;
-    }
-
-    void pop(Lanes lanes) {
-        const auto goes_on = [](const Lane& l) { return l.is_finished() && !l.stack.empty(); };
-        for (; !lanes.empty(); lanes = select(lanes, goes_on)) {
-            touch_stacks(lanes);
-            end_step(StepKind::kPop, lanes);
-            for (Lane* lane : lanes) {
-                lane->current.child = kEmptyChild;
-                if (lane->stack.empty()) continue;
-                if (lane->stack.back().key <= last_depth(lane->t))
-                    lane->current = lane->stack.back();
-                lane->stack.pop_back();
-            }
+    void consider(Entry child, std::uint32_t item, std::uint32_t detail) {
+        if (!is_first_) {
+            touch_stack();
+            end_step(StepKind::kPush, item, detail);
         }
+        const bool is_nearer = child.key < current_.key;
+        if (!is_finished()) stack_.push_back(is_nearer ? current_ : child);
+        if (is_nearer) current_ = child;
     }
 
-    void visit_leaves(const Lanes& lanes) {
-        for (Lane* lane : lanes) {
-            lane->visited = leaf_of(lane->current.child);
-            const LeafVertex& first = bvh_.leaves[lane->visited].vertex[0];
-            lane->left = (1u << corner_triangle_count(first.corners)) - 1;
-            lane->sure_count = 0;
-        }
-        const auto leaf = [](const Lane& lane) { return leaf_at(lane.visited); };
-        load(lanes, leaf);
-        end_step(StepKind::kLeaf, lanes);
-        if (!is_first_) meet_groups(select(lanes, [](const Lane& lane) { return lane.left > 15; }));
-        for (Lanes at = select(lanes, &has_left); !at.empty(); at = select(at, &has_left))
-            test_triangles(at);
-        // A loop of the first form runs at least once.
-        for (std::uint32_t k = 0; is_first_ && k < kLeafTriangles; ++k) {
-            const Lanes sure = select(lanes, [k](const Lane& l) { return k < l.sure_count; });
-            if (k > 0 && sure.empty()) break;
-            load(k == 0 ? lanes : sure, leaf, 5);
-            end_step(StepKind::kHit, k == 0 ? lanes : sure);
-        }
-        for (Lane* lane : lanes)
-            if (any_hit_ && lane->has_hit()) lane->stack.clear();
-        pop(lanes);
+    void pop() {
+        std::uint32_t tries = 0;
+        do {
+            touch_stack();
+            end_step(StepKind::kPop, kAfterAll, tries++);
+            current_.child = kEmptyChild;
+            if (stack_.empty()) return;
+            if (stack_.back().key <= last_depth(t_)) current_ = stack_.back();
+            stack_.pop_back();
+        } while (is_finished() && !stack_.empty());
     }
 
-    void meet_groups(const Lanes& lanes) {
-        trace_.boxes += 4 * static_cast<std::uint32_t>(lanes.size());
-        load(
-            lanes, [](const Lane& l) { return address(3, 96 * std::uint64_t{l.visited}); }, 6);
-        end_step(StepKind::kGroups, lanes);
-        for (Lane* lane : lanes) {
-            for (std::uint32_t group = 0; group < 4; ++group) {
-                Box box;
-                for (std::uint32_t k = 4 * group; k < 4 * group + 4; ++k)
-                    if ((lane->left >> k & 1) != 0)
-                        for (const vec3 v : triangle(lane->visited, k)) box.extend(v);
-                float key;
-                if (!lane->meets(padded(box), key)) lane->left &= ~(15u << 4 * group);
-            }
+    void visit_leaf(const Leaf& leaf, std::uint64_t index) {
+        const std::uint64_t at = sizeof(Leaf) * index;
+        load(Array::kLeaves, at);
+        end_step(StepKind::kLeaf);
+        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+        const bool in_groups = !is_first_ && count > 4;
+        if (in_groups) {
+            trace_.boxes += 4;
+            load(Array::kLeafBoxes, 96 * index, 6);
+            end_step(StepKind::kGroups, 0, 1);
         }
+        std::uint32_t tests = 0;
+        std::uint32_t sure = 0;
+        std::array<bool, 4> is_group_met;
+        for (std::uint32_t group = 0; group < 4; ++group)
+            is_group_met[group] = !in_groups || meets_group(leaf, 4 * group, count);
+        for (std::uint32_t slot = 0; slot < count; ++slot) {
+            if (!is_group_met[slot / 4]) continue;
+            load(Array::kLeaves, at + 16 * slot);
+            for (std::uint32_t k = 0; k < 3; ++k)
+                load(Array::kLeaves, at + 16 * corner(leaf.vertex[slot].corners, k));
+            end_step(StepKind::kTriangle, ++tests);
+            if (!test_triangle(corners_of(leaf, slot), leaf.prim_id[slot])) continue;
+            ++sure;
+            if (!is_first_) end_step(StepKind::kHit, tests, 1);
+        }
+        // A loop of the first kernel runs at least once.
+        for (std::uint32_t k = 0; is_first_ && k < std::max(sure, 1u); ++k) {
+            load(Array::kLeaves, at, 5);
+            end_step(StepKind::kHit, kAfterTriangles, k);
+        }
+        if (any_hit_ && has_hit()) stack_.clear();
+        pop();
     }
 
-    std::array<vec3, 3> triangle(std::uint32_t leaf, std::uint32_t slot) const {
-        const PerVertex<LeafVertex>& from = bvh_.leaves[leaf].vertex;
+    bool meets_group(const Leaf& leaf, std::uint32_t begin, std::uint32_t count) {
+        Box box;
+        for (std::uint32_t slot = begin; slot < std::min(begin + 4, count); ++slot)
+            for (const vec3 corner : corners_of(leaf, slot)) box.extend(corner);
+        float key;
+        return meets(padded(box), key);
+    }
+
+    static std::array<vec3, 3> corners_of(const Leaf& leaf, std::uint32_t slot) {
         const auto at = [&](std::uint32_t k) {
-            const LeafVertex& v = from[corner(from[slot].corners, k)];
+            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
             return vec3(v.x, v.y, v.z);
         };
         return {at(0), at(1), at(2)};
     }
 
-    void test_triangles(const Lanes& lanes) {
-        trace_.triangles += static_cast<std::uint32_t>(lanes.size());
-        load(lanes, [](const Lane& l) { return leaf_at(l.visited) + 16 * l.next(); });
-        for (std::uint32_t k = 0; k < 3; ++k)
-            load(lanes, [&](const Lane& l) {
-                const std::uint32_t corners = bvh_.leaves[l.visited].vertex[l.next()].corners;
-                return leaf_at(l.visited) + 16 * corner(corners, k);
-            });
-        end_step(StepKind::kTriangle, lanes);
-        Lanes inside;
-        for (Lane* lane : lanes) {
-            if (test_triangle(*lane, lane->next())) inside.push_back(lane);
-            lane->left &= lane->left - 1;
-        }
-        if (!is_first_) end_step(StepKind::kHit, inside);
-    }
-
     /// Returns whether the triangle may be met.
-    bool test_triangle(Lane& lane, std::uint32_t slot) const {
-        const auto [a, b, c] = triangle(lane.visited, slot);
-        const vec3 pa = project_fast(lane.sheared, a);
-        const vec3 pb = project_fast(lane.sheared, b);
-        const vec3 pc = project_fast(lane.sheared, c);
-        const Edges e = fast_edges(pa, pb, pc);
-        if (!may_be_inside(e)) return false;
-        const bool is_sure = surely_inside(lane.sheared, e) && e.depth_range < e.depth_size;
+    bool test_triangle(const std::array<vec3, 3>& corners, std::uint32_t prim) {
+        const vec3 a = project_fast(sheared_, corners[0]);
+        const vec3 b = project_fast(sheared_, corners[1]);
+        const vec3 c = project_fast(sheared_, corners[2]);
+        const Edges edges = fast_edges(a, b, c);
+        if (!may_be_inside(edges)) return false;
         TriangleHit hit;
-        weighted_hit(lane.sheared, e, pa.z, pb.z, pc.z, hit);
-        const std::uint32_t prim = bvh_.leaves[lane.visited].prim_id[slot];
-        if (is_sure && (is_first_ || !is_rough(hit))) {
-            ++lane.sure_count;
-            if (is_in_range(hit.t, lane.ray.tnear, lane.t)) lane.take(hit.t, prim);
-            return true;
-        }
-        if (is_sure && !may_be_in_range(hit, lane.ray.tnear, lane.t)) return true;
-        if (is_sure && hit.t > hit.error && hit.t + hit.error < lane.t) {
-            lane.t = hit.t + hit.error;
-            if (any_hit_) lane.prim = prim;
-        }
-        const bool is_same = !lane.open.empty() && triangle_leaf(lane.open.back()) == lane.visited;
-        lane.open_leaves += is_same ? 0 : 1;
-        lane.open.push_back(triangle_at(lane.visited, slot));
+        weighted_hit(sheared_, edges, a.z, b.z, c.z, hit);
+        const bool is_sure = surely_inside(sheared_, edges) && edges.depth_range < edges.depth_size;
+        const bool is_open = is_rough(hit) && may_be_in_range(hit, ray_.tnear, t_);
+        trace_.open += !is_first_ && (!is_sure || is_open) ? 1 : 0;
+        decide(corners, prim);
         return true;
     }
 
-    const Bvh& bvh_;
-    bool any_hit_, is_first_;
-};
-
-class PeerWarp : Warp {
-public:
-    PeerWarp(const PeerTree& tree, std::span<const Ray> rays, bool any_hit)
-        : Warp(rays), tree_(tree), any_hit_(any_hit) {}
-
-    WarpTrace traverse() {
-        const auto is_unfinished = [](const Lane& lane) { return !lane.is_finished(); };
-        for (Lanes left = all_; !left.empty(); left = select(left, is_unfinished)) {
-            load(
-                left, [](const Lane& l) { return node_at(0) + 64ull * l.current.child; }, 4);
-            end_step(StepKind::kNode, left);
-            const auto is_at_leaf = [&](const Lane& lane) { return node_of(lane).count > 0; };
-            const Lanes at_leaf = select(left, is_at_leaf);
-            test_leaves(at_leaf);
-            Lanes popping = at_leaf;
-            Lanes pushing;
-            for (Lane* lane : left) {
-                if (is_at_leaf(*lane)) continue;
-                const std::size_t met = meet_children(*lane);
-                if (met == 0) popping.push_back(lane);
-                if (met == 2) pushing.push_back(lane);
-            }
-            touch_stacks(pushing, 1);
-            end_step(StepKind::kPush, pushing);
-            touch_stacks(popping, 1);
-            end_step(StepKind::kPop, popping);
-            for (Lane* lane : popping) {
-                const bool is_end = lane->stack.empty() || (any_hit_ && lane->has_hit());
-                lane->current = is_end ? Lane::Entry{kEmptyChild} : lane->stack.back();
-                if (!is_end) lane->stack.pop_back();
-            }
+    /// A round of the peer's kernel: a node, or the triangles of a leaf, which an index finds.
+    void trace_round(const PeerTree& tree) {
+        const PeerNode& node = tree.nodes[current_.child];
+        load(Array::kNodes, 64ull * current_.child, 4);
+        end_step(StepKind::kNode);
+        if (node.count > 0) end_step(StepKind::kLeaf, 1);
+        for (std::uint32_t k = 0; k < node.count; ++k) {
+            const std::uint64_t index = node.first + k;
+            load(Array::kNodeBoxes, 4 * index);
+            load(Array::kLeaves, 48 * index, 3);
+            end_step(StepKind::kTriangle, 2 + k);
+            const PeerTriangle& t = tree.triangles[index];
+            decide({t.a, t.b, t.c}, t.prim_id);
         }
-        for (const Lane& lane : lanes_) trace_.hits += lane.has_hit() ? 1 : 0;
-        return std::move(trace_);
+        if (node.count == 0 && meet_children(tree, node.first)) return;
+        touch_stack(1);
+        end_step(StepKind::kPop, kAfterAll);
+        const bool is_end = stack_.empty() || (any_hit_ && has_hit());
+        current_ = is_end ? Entry{kEmptyChild} : stack_.back();
+        if (!is_end) stack_.pop_back();
     }
 
-private:
-    const PeerNode& node_of(const Lane& lane) const { return tree_.nodes[lane.current.child]; }
-
-    /// Goes to the nearer child that is met, and pushes the other one. Returns how many are met.
-    std::size_t meet_children(Lane& lane) {
+    /// Goes to the nearer child that is met, and pushes the other one. Returns whether one is.
+    bool meet_children(const PeerTree& tree, std::uint32_t first) {
         trace_.boxes += 2;
-        std::array<Lane::Entry, 2> met;
-        std::size_t count = 0;
-        for (std::uint32_t child = node_of(lane).first, k = 0; k < 2; ++k, ++child) {
-            met[count].child = child;
-            const Box box{tree_.nodes[child].lower, tree_.nodes[child].upper};
-            count += lane.meets(box, met[count].key) ? 1 : 0;
+        std::array<Entry, 2> children = {Entry{first}, Entry{first + 1}};
+        std::array<bool, 2> met;
+        for (std::size_t k = 0; k < 2; ++k) {
+            const PeerNode& child = tree.nodes[children[k].child];
+            met[k] = meets({child.lower, child.upper}, children[k].key);
         }
-        if (count == 2 && met[1].key < met[0].key) std::swap(met[0], met[1]);
-        if (count > 0) lane.current = met[0];
-        if (count == 2) lane.stack.push_back(met[1]);
-        return count;
+        const bool is_second = met[1] && (!met[0] || children[1].key < children[0].key);
+        current_ = children[is_second ? 1 : 0];
+        if (met[0] && met[1]) {
+            stack_.push_back(children[is_second ? 0 : 1]);
+            touch_stack(1);
+            end_step(StepKind::kPush, kAfterTriangles);
+        }
+        return met[0] || met[1];
     }
 
-    void test_leaves(Lanes lanes) {
-        end_step(StepKind::kLeaf, lanes);
-        for (std::uint32_t k = 0; !lanes.empty(); ++k) {
-            lanes = select(lanes, [&](const Lane& lane) { return k < node_of(lane).count; });
-            const auto index = [&](const Lane& lane) { return node_of(lane).first + k; };
-            load(lanes, [&](const Lane& l) { return address(2, 4ull * index(l)); });
-            load(
-                lanes, [&](const Lane& l) { return address(1, 48ull * index(l)); }, 3);
-            end_step(StepKind::kTriangle, lanes);
-            trace_.triangles += static_cast<std::uint32_t>(lanes.size());
-            for (Lane* lane : lanes) {
-                const PeerTriangle& t = tree_.triangles[index(*lane)];
-                lane->decide(t.a, t.b, t.c, t.prim_id);
-            }
-        }
-    }
-
-    const PeerTree& tree_;
-    bool any_hit_;
+    bool is_first_, any_hit_;
+    WarpTrace trace_;
+    std::vector<LaneStep> steps_;
+    /// Sectors.
+    std::vector<std::uint64_t> loads_;
+    // The lane that is traced, and where it is in the outer loops.
+    std::size_t lane_ = 0;
+    std::uint32_t round_ = 0, visit_ = 0;
+    Ray ray_;
+    SlabRay slab_;
+    ShearedRay sheared_;
+    float t_ = 0;
+    std::uint32_t prim_ = kNoPrim;
+    Entry current_;
+    std::vector<Entry> stack_;
 };
 
 }  // namespace
 
-WarpTrace trace_warp(const Bvh& bvh, std::span<const Ray> rays, bool any_hit, KernelForm form) {
-    return LayoutWarp(bvh, rays, any_hit, form).traverse();
-}
-
-WarpTrace trace_warp(const PeerTree& tree, std::span<const Ray> rays, bool any_hit) {
-    return PeerWarp(tree, rays, any_hit).traverse();
+WarpTrace trace_warp(Kernel kernel, const Bvh& bvh, const PeerTree& peer, std::span<const Ray> rays,
+                     bool any_hit) {
+    WarpTracer tracer(kernel, any_hit);
+    return kernel == Kernel::kPeer ? tracer.trace(peer, rays) : tracer.trace(bvh, rays);
 }
 
 }  // namespace mray::lab

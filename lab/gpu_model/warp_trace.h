@@ -13,23 +13,32 @@
 namespace mray::lab {
 
 inline constexpr std::uint32_t kWarpLanes = 32;
+/// A sector of 32 bytes of the stacks, which is the warp's own.
+inline constexpr std::uint64_t kStackSector = std::uint64_t{1} << 40;
+
+enum class Kernel {
+    /// Of revision 79d57a95: all boxes of a node, an entry of the stack written for each, and first
+    /// all triangles of a leaf and then hits.
+    kFirst,
+    /// Quarters and groups, pushes of what is met, open triangles left to `decide`.
+    kPresent,
+    /// One loop over a binary tree in which a leaf is a node (tinybvh 1.9.1).
+    kPeer,
+};
 
 /// What the lanes of a warp do at once. No kernel has all of them.
 enum class StepKind : std::uint8_t {
-    kBegin,     // makes the rays and stores the answers
-    kNode,      // meets all boxes of a node; in the present kernels those of its quarters
-    kQuarter,   // meets four boxes of a node
-    kChildren,  // loads the children of a quarter
-    kChild,     // considers one of them
-    kPush,
+    kBegin,    // makes the rays and stores the answers
+    kNode,     // meets all boxes of a node; in the present kernels those of its quarters
+    kQuarter,  // meets four boxes of a node, and loads its children
+    kPush,     // considers one of them
     kPop,
     kLeaf,  // enters a leaf and leaves it
     kGroups,
     kTriangle,
-    kHit,   // finds the depth of a triangle that may be met
-    kOpen,  // decides a triangle by the whole rule
+    kHit,  // finds the depth of a triangle that may be met
 };
-inline constexpr std::size_t kStepKinds = 12;
+inline constexpr std::size_t kStepKinds = 9;
 
 struct Step {
     StepKind kind;
@@ -40,32 +49,18 @@ struct Step {
     std::uint32_t sectors_end;
 };
 
-/// A sector of 32 bytes of the stacks, which is the warp's own.
-inline constexpr std::uint64_t kStackSector = std::uint64_t{1} << 40;
-
 struct WarpTrace {
     std::vector<Step> steps;
     std::vector<std::uint64_t> sectors;
-    std::uint32_t rays = 0, hits = 0;
-    /// Rays and their triangles that are left to `decide`.
-    std::uint32_t open_rays = 0, open_triangles = 0;
-    /// What the rays met, or not.
-    std::uint32_t boxes = 0, triangles = 0;
+    std::uint32_t hits = 0;
+    /// Boxes that rays met, or not.
+    std::uint32_t boxes = 0;
+    /// Triangles that the present kernels leave to `decide`.
+    std::uint32_t open = 0;
 };
 
-enum class KernelForm {
-    /// Of revision 79d57a95: all boxes of a node, an entry of the stack written for each, first all
-    /// triangles of a leaf and then hits, the whole rule in the same kernel.
-    kFirst,
-    /// Quarters and groups, pushes of what is met, open triangles left to `decide`.
-    kPresent,
-};
-
-/// Traces up to 32 rays as a kernel over the shared layout does.
-WarpTrace trace_warp(const Bvh& bvh, std::span<const Ray> rays, bool any_hit, KernelForm form);
-
-/// The same over the peer's tree, by one loop in which a leaf is a node (tinybvh 1.9.1, whose
-/// triangles are found by an index).
-WarpTrace trace_warp(const PeerTree& tree, std::span<const Ray> rays, bool any_hit);
+/// Traces up to 32 rays as a kernel does, over the tree that it is for.
+WarpTrace trace_warp(Kernel kernel, const Bvh& bvh, const PeerTree& peer, std::span<const Ray> rays,
+                     bool any_hit);
 
 }  // namespace mray::lab
