@@ -272,6 +272,7 @@ def test_crossings_are_pairs_of_triangles():
     scene = morphray.Scene(sheet, sheet_triangles)
     assert not scene.has_crossings() and scene.crossings(count=True) == 0
     other = scene.attach(blade, [[0, 1, 2]])
+    scene.update()
     found = scene.crossings()
     assert found.pairs.shape == (1, 2, 2) and found.pairs.dtype == np.uint32 and found.left_out == 0
     assert found.pairs[0, :, 0].tolist() == [0, other]
