@@ -21,3 +21,10 @@ def test_example(program, small):
     digests = {digest_of(program, *small, *how) for how in [
         ["--threads", "1"], ["--threads", "2"], ["--device", "brute"]]}
     assert len(digests) == 1 and len(digests.pop()) == 32
+
+
+def test_the_first_crossing_is_the_same_everywhere():
+    command = [sys.executable, EXAMPLES / "folding.py", "--rows", "60", "--frames", "30"]
+    texts = {subprocess.run([*command, *how], capture_output=True, text=True, check=True).stdout
+             for how in (["--threads", "1"], ["--threads", "2"], ["--device", "brute"])}
+    assert len(texts) == 1 and texts.pop().startswith("frame ")
