@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 
 #include <cstdio>
-#include <ranges>
 #include <span>
 #include <string>
 
@@ -41,7 +40,12 @@ inline std::string shell_quoted(const std::string& argument) {
 }
 
 inline std::string shell_line(std::span<const std::string> arguments) {
-    return fmt::format("{}", fmt::join(arguments | std::views::transform(shell_quoted), " "));
+    std::string line;
+    for (const std::string& argument : arguments) {
+        if (!line.empty()) line += ' ';
+        line += shell_quoted(argument);
+    }
+    return line;
 }
 
 }  // namespace mray

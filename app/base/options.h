@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ranges>
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
@@ -124,7 +123,9 @@ struct Choice {
 
 template <class T, std::size_t N>
 std::string names_of(const Choice<T> (&choices)[N]) {
-    return fmt::format("{}", fmt::join(choices | std::views::transform(&Choice<T>::name), "|"));
+    std::string names = choices[0].name;
+    for (std::size_t i = 1; i < N; ++i) names.append("|").append(choices[i].name);
+    return names;
 }
 
 template <class T, std::size_t N>

@@ -144,7 +144,9 @@ Json backends_of(const Json& frames) {
 /// "refit 0.09 ms on cpu; 60 times as fast as a rebuild; the refitted tree traces 4 % slower".
 std::string sentence_of(const Json& backends) {
     const auto on_each = [&](const std::function<std::string(const Json&)>& text) {
-        return fmt::format("{}", fmt::join(backends | std::views::transform(text), " and "));
+        std::vector<std::string> texts;
+        for (const Json& backend : backends) texts.push_back(text(backend));
+        return fmt::format("{}", fmt::join(texts, " and "));
     };
     const auto number = [](double value) {
         return value < 10 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);

@@ -227,7 +227,8 @@ std::string summary_of(const Json& report) {
 
 std::vector<plot::Panel> panels_of(const Json& report) {
     std::vector<plot::Panel> panels;
-    for (const auto& [backend, description] : report["environment"]["devices"].items()) {
+    for (const auto& device : report["environment"]["devices"].items()) {
+        const std::string backend = device.key();
         const auto add = [&](const std::string& title, const char* y, const char* unit,
                              const char* lower, const char* upper) {
             panels.push_back({{"kind", "lines"},

@@ -87,8 +87,8 @@ void move_kept(std::vector<T>& all, std::span<const mray::KeptTriangles> kept, s
     // No run is moved over one that has yet to be moved.
     for (const mray::KeptTriangles& run : kept)
         if (goes_down(run)) move(run);
-    for (const mray::KeptTriangles& run : kept | std::views::reverse)
-        if (!goes_down(run)) move(run);
+    for (std::size_t i = kept.size(); i-- > 0;)
+        if (!goes_down(kept[i])) move(kept[i]);
     all.resize(size);
 }
 
