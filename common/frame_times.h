@@ -27,16 +27,6 @@ struct UpdateTimes {
     }
 };
 
-/// Milliseconds that a frame takes, and the rays that it traces.
-struct FrameTimes {
-    double deform_ms = 0;  // making the animation's positions, in scene space
-    UpdateTimes update;
-    double trace_ms = 0;
-    std::uint64_t rays = 0;
-
-    double total_ms() const { return deform_ms + update.total_ms() + trace_ms; }
-};
-
 class Stopwatch {
 public:
     double ms() const {

@@ -108,6 +108,7 @@ struct Options {
     /// Of chart, info and devices.
     bool quick = false;
     bool tree_facts = false;
+    bool crossing_count = false;
     bool checks = false;
 };
 

@@ -424,9 +424,12 @@ void add_output_options(CLI::App& command, Options& options) {
             ->required();
         command.add_flag("--quick", options.quick, "fewer rays and runs");
     }
-    if (is("info"))
+    if (is("info")) {
         command.add_flag("--bvh", options.tree_facts, "build the tree and describe it")
             ->needs(command.get_option("SCENE"));
+        command.add_flag("--crossings", options.crossing_count, "count triangles that cross")
+            ->needs(command.get_option("SCENE"));
+    }
     if (is("devices"))
         command.add_flag("--check", options.checks,
                          "compare rays, shading and refit of each device with the CPU's");

@@ -102,9 +102,13 @@ Json describe_scene(const Options& options, const Messages& messages) {
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", named.name},
                                       {"shown", named.is_shown}});
-    if (options.tree_facts)
-        json["tree"] = describe_tree(
-            AnimationScene(morphray::Device::cpu(), {.view = {}}, animation, frame, messages));
+    if (!options.tree_facts && !options.crossing_count) return json;
+    const AnimationScene scene(morphray::Device::cpu(), {.view = {}}, animation, frame, messages);
+    if (options.tree_facts) json["tree"] = describe_tree(scene);
+    if (options.crossing_count)
+        json["crossings"] = call_library([&] {
+            return scene.scene().crossings({.limit = 0}, {.cancel = &interrupt_flag()}).left_out;
+        });
     return json;
 }
 
@@ -130,6 +134,8 @@ std::string scene_text_of(const Json& json) {
     const Json& edges = json["edges"];
     add("edges", describe(EdgeCounts{edges["open"], edges["shared"], edges["turned"],
                                      edges["uneven"], edges["twins"]}));
+    if (json.contains("crossings"))
+        add("crossings", json["crossings"].dump() + " pairs of triangles");
     std::string frames = fmt::format("{} to {}", json["first_frame"].get<double>(), last);
     if (const Json& fps = json["fps"]; !fps.is_null())
         frames +=

@@ -65,7 +65,7 @@ struct PairQueue {
     HWY_INLINE TrianglePair pair(std::size_t i) const { return {prims[0][i], prims[1][i]}; }
 };
 
-/// The corners of pairs from number `first` of a queue on.
+/// The corners of as many pairs as lanes, which have these vertices.
 HWY_INLINE Double3 corners_from(std::span<const vec3> positions, const std::uint32_t* vertices) {
     const hn::Rebind<float, DoubleTag> floats;
     const hn::Rebind<std::int32_t, DoubleTag> ints;

@@ -570,6 +570,43 @@ HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, c
                           });
 }
 
+/// Rays that are asked about a leaf, one a lane. Together in a structure they take less time.
+struct LeafRays {
+    std::size_t first;
+    lanes::ShearedRay sheared;
+    Mask asked;
+    FloatVec tnear;
+    Crossing crossing;
+};
+
+/// Calls keep(hits, hit, prim_id) for the lanes that hit triangle i no later than tfar of their
+/// rays; e has its fast edge functions u, v and w.
+template <class Keep>
+HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_rays,
+                                   const Leaf& leaf, std::uint32_t i, const ProjectedLeaf& points,
+                                   lanes::Edges e, Keep keep) {
+    if (has_equal_corners(leaf, i)) return;
+    const std::uint32_t local = leaf.vertex[i].corners;
+    const lanes::ShearedRay& s = rays.sheared;
+    const lanes::Float3 a = points[corner(local, 0)];
+    const lanes::Float3 b = points[corner(local, 1)];
+    const lanes::Float3 c = points[corner(local, 2)];
+    const FloatVec m =
+        sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
+    lanes::measure_depth(a.z, b.z, c.z, e);
+    e.bound = lanes::edge_bound(m, e.depth_size);
+    e.real_bound = e.bound;
+    const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
+    const Mask possible = rays.asked & lanes::may_be_inside(e) & may_be_ahead(e, depth);
+    if (none(possible)) return;
+    const FloatVec tfar = load(tfar_of_rays + rays.first);
+    lanes::TriangleHit hit;
+    const Mask hits =
+        decide_hits(s, {e, a.z, b.z, c.z}, possible, {rays.tnear, tfar, rays.crossing},
+                    corners_in_lanes(leaf, i), hit);
+    keep(hits, hit, leaf.prim_id[i]);
+}
+
 /// Calls keep(hits, hit, prim_id) for the triangles of a leaf that rays among `active` (bits, from
 /// `first` on) hit no later than tfar of their rays: lanes are rays.
 template <class Keep>
@@ -577,20 +614,19 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
                                         std::uint32_t active, const float* tfar, const Leaf& leaf,
                                         Keep keep) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    const lanes::ShearedRay s = sheared(stream, RaysFrom{first});
-    const FloatVec tnear = load(stream.tnear + first);
-    const Mask asked = mask_of(active);
+    const LeafRays rays{first, sheared(stream, RaysFrom{first}), mask_of(active),
+                        load(stream.tnear + first), stream.crossing};
     ProjectedLeaf points;
     const FloatVec size = project_vertices(
         stream, first, leaf, used_vertices(leaf, count),
         [&](const lanes::Float3& v, std::uint32_t i) HWY_ATTR {
-            const lanes::Float3 p = lanes::project_rotated_fast(s, v);
+            const lanes::Float3 p = lanes::project_rotated_fast(rays.sheared, v);
             points.x[i] = p.x;
             points.y[i] = p.y;
             points.z[i] = p.z;
         },
         points);
-    points.bound = lanes::edge_bound(3.0f * size, most_depth(abs(s.org.z)));
+    points.bound = lanes::edge_bound(3.0f * size, most_depth(abs(rays.sheared.org.z)));
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::uint32_t local = leaf.vertex[i].corners;
         const lanes::Float3 a = points[corner(local, 0)];
@@ -601,20 +637,8 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
         e.v = lanes::fast_edge(c, a);
         e.w = lanes::fast_edge(a, b);
         e.bound = points.bound;
-        if (none(lanes::may_be_inside(e) & asked) || has_equal_corners(leaf, i)) continue;
-        const FloatVec m =
-            sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
-        lanes::measure_depth(a.z, b.z, c.z, e);
-        e.bound = lanes::edge_bound(m, e.depth_size);
-        e.real_bound = e.bound;
-        const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
-        const Mask possible = asked & lanes::may_be_inside(e) & may_be_ahead(e, depth);
-        if (none(possible)) continue;
-        lanes::TriangleHit hit;
-        const Mask hits = decide_hits(s, {e, a.z, b.z, c.z}, possible,
-                                      {tnear, load(tfar + first), stream.crossing},
-                                      corners_in_lanes(leaf, i), hit);
-        keep(hits, hit, leaf.prim_id[i]);
+        if (none(lanes::may_be_inside(e) & rays.asked)) continue;
+        intersect_triangle(rays, tfar, leaf, i, points, e, keep);
     }
 }
 

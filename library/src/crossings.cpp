@@ -53,6 +53,9 @@ public:
         tree_sets_ = sets_;
         for (const mray::RepeatedTriangle& repeat : tree_.repeated)
             if (!sets_.empty()) tree_sets_[repeat.first] |= sets_[repeat.prim_id];
+        // Vectors of 32-bit places find the coordinates.
+        if (scene.pose().positions().size() > std::numeric_limits<std::int32_t>::max() / 3)
+            throw mray::Error(mray::ErrorKind::kLimit, "crossings: more than 715 million vertices");
         if (scene.pose().is_exact()) return;
         world_.resize(scene.pose().positions().size());
         for (std::uint32_t i = 0; i < world_.size(); ++i)

@@ -44,6 +44,8 @@ TEST(Query, ListsTrianglesThatCrossAtEachFrame) {
         EXPECT_EQ(outcome.out, "0 0 0 0 2\n") << outcome.err;
     }
     EXPECT_EQ(run(words("query " + scene + " --ask crossings --count --frames all")).out, "0 1\n");
+    EXPECT_NE(run(words("info " + scene + " --crossings")).out.find("1 pairs of triangles"),
+              std::string::npos);
     for (const char* wrong : {"--ask crossings,inside", "--ask crossings --points -",
                               "--ask inside --count --points -", "--ask inside"})
         EXPECT_EQ(run(words("query " + scene + " " + wrong)).code, 2) << wrong;
