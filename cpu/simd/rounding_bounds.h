@@ -5,9 +5,12 @@ namespace mray::cpu {
 
 // ---- Slabs, which depend on whether products are fused (cpu/single_ray/node_lanes-inl.h)
 
-/// The dilation of boxes by |org| on each axis where products are rounded before they are added;
-/// else it is kDilationOfOrigin. Checked: lab/proofs/near.g.
-inline constexpr float kUnfusedDilation = 0x3p-24f;
+/// The dilation of boxes by |org| on each axis where products are fused, and where they are rounded
+/// before they are added; and that by least_dilation(): no box begins later than in hits_box, where
+/// refined hits begin. Checked: lab/proofs/near.g.
+inline constexpr float kFusedDilation = 0x4p-24f;
+inline constexpr float kUnfusedDilation = 0x6p-24f;
+inline constexpr float kLeastDilations = 2;
 
 /// How much farther slabs end than computed where products are fused; else it is kSlabRounding.
 /// Checked: lab/proofs/near.g.

@@ -54,7 +54,7 @@ struct alignas(64) RayStream {
     Crossing crossing = Crossing::kEach;
 };
 
-inline constexpr float kStreamDilation = HWY_NATIVE_FMA ? kDilationOfOrigin : kUnfusedDilation;
+inline constexpr float kStreamDilation = HWY_NATIVE_FMA ? kFusedDilation : kUnfusedDilation;
 inline constexpr float kStreamRounding = HWY_NATIVE_FMA ? kFusedSlabRounding : kSlabRounding;
 
 /// 1/d rounded once, and what stands for 1/0.
@@ -69,7 +69,7 @@ HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t
     const FloatVec rdir = rounded_reciprocal(dir);
     const FloatVec rdir_far = rdir * kStreamRounding;
     const Mask negative = rdir < zero();
-    const FloatVec dilation = (kStreamDilation * abs(org) + least) * abs(rdir);
+    const FloatVec dilation = (kStreamDilation * abs(org) + kLeastDilations * least) * abs(rdir);
     const UintVec lower = splat(plane_offset(axis, 0));
     const UintVec upper = splat(plane_offset(axis, 1));
     store(rdir, stream.rdir[axis] + first);

@@ -215,7 +215,8 @@ HWY_INLINE void prepare_slab_of_one(RayStream& stream, std::uint32_t axis, float
                                     float least) {
     const float rdir = dir == 0 ? kHugeReciprocal : 1.0f / dir;
     const float rdir_far = rdir * kStreamRounding;
-    const float dilation = (kStreamDilation * std::abs(org) + least) * std::abs(rdir);
+    const float dilation =
+        (kStreamDilation * std::abs(org) + kLeastDilations * least) * std::abs(rdir);
     stream.rdir[axis][0] = rdir;
     stream.rdir_far[axis][0] = rdir_far;
     stream.k_near[axis][0] = mul_add_one(org, rdir, dilation);

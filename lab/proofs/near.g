@@ -9,17 +9,25 @@
 #                numbers that are not negative, so that their roundings multiply.
 #                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
 #
-# step 0.5: kBehindError kUnfusedDilation
+# step 0.5: kBehindError kUnfusedDilation kFusedDilation kLeastDilations
+# step 0.9999998: kDepthRounding
 # step 0.99999: kDepthlessBound
 # step 0.9999998: kFusedSlabRounding
 # step 2: kRcpUlp
 
-## lemma: node_lanes: the dilation covers the roundings of k and of products by o, 2^-42 E, and 2^-41 E
+## lemma: node_lanes: the dilation less the roundings of k and of products by o is that of hits_box: o + D
 once = 1 + 4 * e;
 stored = down^4;      # product, sum, product with |r|, k
-{ @kDilationOfOrigin@ * stored - e * once + 0x1p-43 >= 0      # times |o| <= 1
-  /\ @kUnfusedDilation@ * stored - 3 * e * once + 0x1p-43 >= 0
-  /\ @kDilationOfExtent@ * stored - 0x3p-42 - 0x1p-43 >= 0 }
+rounded_sum = @kDilationOfOrigin@ * up^3 + e;      # of o + D, times |o|
+{ @kFusedDilation@ * stored - e * once * (1 + @kFusedDilation@) - rounded_sum >= 0
+  /\ @kUnfusedDilation@ * stored - 3 * e * once * (1 + @kUnfusedDilation@) - rounded_sum >= 0
+  /\ @kLeastDilations@ * (stored - 3 * e * once) - up^3 >= 0 }
+
+## lemma: node_lanes: so it covers the 2^-42 E of boxes.g, and 2^-41 E where a component of dir is 0
+{ @kDilationOfExtent@ * @kLeastDilations@ * down^4 - 0x3p-42 - 0x1p-43 >= 0 }
+
+## lemma: node_lanes: a refined hit is kIntervalRounding before its entry in hits_box, and not beyond last_depth
+{ (1 - 0x3.01p-24) * (1 - @kIntervalRounding@) * down^2 * @kDepthRounding@ - up^3 >= 0 }
 
 ## lemma: node_lanes: 1/d, a product, the difference; r_far; entries are at most 3.01 e late
 { @kFusedSlabRounding@ * down^3 - up^2 >= 0 /\ @kSlabRounding@ * down^4 - up^3 >= 0

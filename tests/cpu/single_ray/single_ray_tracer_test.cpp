@@ -114,6 +114,44 @@ TEST(SingleRayTracer, HasTheBitsOfBruteForceForAnyRaysAndForRaysThatGoDownTogeth
     EXPECT_GT(hit_count, 5000u);
 }
 
+/// A ray about in the plane of a triangle, towards one of its points: where rounding alone makes it
+/// hit, t may be the depth at which the dilated box of the triangle begins.
+Ray ray_in_plane(const vec3 (&corners)[3], Random& random) {
+    const double v = random.real(0, 1), w = random.real(0, 1 - v);
+    const dvec3 a(corners[0]), b = dvec3(corners[1]) - a, c = dvec3(corners[2]) - a;
+    const dvec3 dir = b * random.real(-1, 1) + c * random.real(-1, 1);
+    const dvec3 org = a + b * v + c * w - dir * random.magnitude(0x1p-5, 4);
+    return {snap_point(vec3(org)), 0, canonical_direction(vec3(dir)), kInfiniteT};
+}
+
+TEST(SingleRayTracer, FindsTheHitsWhereTheBoxOfATriangleBegins) {
+    Random random(5);
+    const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+    std::size_t hit_count = 0;
+    for (int round = 0; round < 400; ++round) {
+        vec3 corners[3];
+        const vec3 middle = random.point(0.8 * kSceneExtent);
+        const double size = random.magnitude(0x1p-5, 0.5) * kSceneExtent;
+        for (vec3& corner : corners) corner = snap_point(middle + random.point(size));
+        const Bvh bvh = build_bvh(scene.topology(), corners);
+        const cpu::BruteTracer brute(scene.topology(), corners);
+        std::vector<Ray> rays;
+        std::vector<Hit> expected;
+        for (int i = 0; i < 2000; ++i) {
+            Ray ray = ray_in_plane(corners, random);
+            const Hit hit = brute.intersect(ray);
+            if (hit.prim_id == kNoPrim) continue;
+            ray.tfar = hit.t;
+            rays.push_back(ray);
+            expected.push_back(hit);
+        }
+        hit_count += rays.size();
+        for (const SimdTarget& target : supported_simd_targets())
+            EXPECT_EQ(count_differences({bvh, target}, rays, expected, 1), 0u) << target.name;
+    }
+    EXPECT_GT(hit_count, 10'000u);
+}
+
 /// A chain of kMaxDepth nodes whose boxes are all the same: each holds the next one in `slot` and
 /// in all others the leaf of a triangle in front of the origin, the last one leaves alone.
 Bvh deepest_chain(std::uint32_t slot) {
