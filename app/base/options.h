@@ -47,73 +47,77 @@ struct TreeOptions {
     std::optional<double> build_at = {};
 };
 
-/// What a command line says; app/cli/command_line.cpp lists the commands that have an option.
+/// The values of a command line. app/cli/command_line.cpp says which commands have which option.
 struct Options {
     std::string command = {};
     bool quiet = false;
     bool verbose = false;
-    /// SCENES or FILES.
+    /// The scenes of crosscheck, the files of diff.
     std::vector<std::string> inputs = {};
-    /// With SCENE; of crosscheck the one that is being checked.
+    /// The scene; crosscheck sets it to each scene in turn.
     SourceOptions source = {};
     std::string frames = {};
-    /// Without a value the first frame of the scene.
+    /// Empty: the first frame of the scene.
     std::optional<double> frame = {};
     Pixel pixel = {};
-    /// In the coordinates of the file, as all views of options.
+    /// Its points and lengths are in the coordinates of the file.
     morphray::View view = {};
-    /// The kinds that crosscheck compares.
+    /// The rays that crosscheck compares.
     std::vector<morphray::Rays> rays = {morphray::Rays::primary, morphray::Rays::shadow,
                                         morphray::Rays::ao};
-    /// The scene stands on a plane that shows the background; without a value has_ground() decides.
+    /// Whether a plane below the scene shows shadows. Empty: has_ground() decides.
     std::optional<bool> ground = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
 
     std::string out = {};
     std::string json = {};
-    /// Of render: also writes EXR files, and the hits to this file.
+    /// The format of colours in EXR files of render. Empty: no EXR files.
     std::optional<ExrColours> exr = {};
+    /// The file of raw hits that render writes. Empty: none.
     std::string hits = {};
-    /// Of view: with a file for the first image that is complete no window stays open.
+    /// Whether the viewer plays from its start.
     bool plays = false;
+    /// The file of the viewer's first complete image, after which it ends. Empty: it stays open.
     std::string screenshot = {};
-    /// Of crosscheck: compares the digests of devices instead of scenes.
+    /// Whether crosscheck compares digests of devices instead of scenes.
     bool digest = false;
-    /// Whether the reference is brute force; without a value where that takes seconds.
+    /// Whether crosscheck refers to brute force. Empty: where brute force takes seconds.
     std::optional<bool> brute_reference = {};
-    /// The number of rays and of points a frame that the backends are asked about.
+    /// The number of rays, and of points, that crosscheck asks every backend about in a frame.
     std::uint32_t query_count = 0;
     std::string junit = {};
     std::string html = {};
     /// The command line without the program's name.
     std::vector<std::string> arguments = {};
-    /// Of profile: the runs whose median is reported; without a value 10, or 5 for policies.
+    /// The runs of profile whose median is reported. Empty: 10, or 5 where policies are compared.
     std::optional<int> repeat = {};
-    /// Without policies to compare the times of the stages are reported.
+    /// The policies that profile compares. Empty: it reports the times of the stages.
     std::vector<PolicySpec> policies = {};
     std::string plot = {};
     std::string csv = {};
-    /// Of trace.
+    /// The rays of trace, and what it writes about them.
     std::string ray_file = {};
     bool binary_rays = false;
     bool all_hits = false;
     morphray::AllHitsOptions hit_lists = {};
-    /// Of query. Each question is there at most once, in the order of the answers.
+    /// The points of query.
     std::string point_file = {};
+    /// The questions of query, in the order of the answers. None is there twice.
     std::vector<Question> questions = {};
     bool counts_only = false;
     morphray::FillRule rule = morphray::FillRule::nonzero;
     float max_distance = std::numeric_limits<float>::infinity();
-    /// Of chart, info and devices.
+    /// Whether chart draws small charts.
     bool quick = false;
+    /// Whether info describes the tree, and counts crossings.
     bool tree_facts = false;
     bool crossing_count = false;
+    /// Whether devices tests each device.
     bool checks = false;
 };
 
-/// The arguments that make another command trace the scene and this view, as far as the image has
-/// them: its size, and what is given.
+/// The arguments by which another command traces the same scene from the same view.
 std::vector<std::string> arguments_of(const Options& options, morphray::Rays rays, bool is_lit);
 
 template <class T>
