@@ -24,23 +24,23 @@ std::uint32_t query_steps(std::uint32_t steps) {
 Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
     : device_(device),
       context_(context),
-      primary(SPIRV(primary), steps, kNoRegion),
-      rays(SPIRV(rays), steps, RaysArguments{}),
-      compact(SPIRV(compact), steps, kNoRegion),
-      occlusion(SPIRV(occlusion), steps, OcclusionArguments{}),
-      decide(SPIRV(decide), steps, DecideArguments{}),
-      resume(SPIRV(resume), steps, ResumeArguments{}),
-      hits(SPIRV(hits), query_steps(steps), QueryArguments{}),
-      winding(SPIRV(winding), query_steps(steps), QueryArguments{}),
-      closest(SPIRV(closest), query_steps(steps), QueryArguments{}),
-      shade(SPIRV(shade), steps, kNoRegion),
-      pack_hits(SPIRV(pack_hits), steps, PackArguments{}),
-      find_surfaces(SPIRV(find_surfaces), steps, LitArguments{}),
-      flat_shadows(SPIRV(flat_shadows), steps, LitArguments{}),
-      lit(SPIRV(lit), steps, LitArguments{}),
-      move_bodies(SPIRV(move_bodies), steps, BodyArguments{}),
-      refit_leaves(SPIRV(refit_leaves), steps, RefitArguments{}),
-      refit_nodes(SPIRV(refit_nodes), steps, RefitArguments{}) {}
+      primary(SPIRV(primary), {steps}, kNoRegion),
+      rays(SPIRV(rays), {steps}, RaysArguments{}),
+      compact(SPIRV(compact), {steps}, kNoRegion),
+      occlusion(SPIRV(occlusion), {steps}, OcclusionArguments{}),
+      decide(SPIRV(decide), {steps}, DecideArguments{}),
+      resume(SPIRV(resume), {steps}, ResumeArguments{}),
+      hits(SPIRV(hits), query_steps(steps)),
+      winding(SPIRV(winding), query_steps(steps)),
+      closest(SPIRV(closest), query_steps(steps)),
+      shade(SPIRV(shade), {steps}, kNoRegion),
+      pack_hits(SPIRV(pack_hits), {steps}, PackArguments{}),
+      find_surfaces(SPIRV(find_surfaces), {steps}, LitArguments{}),
+      flat_shadows(SPIRV(flat_shadows), {steps}, LitArguments{}),
+      lit(SPIRV(lit), {steps}, LitArguments{}),
+      move_bodies(SPIRV(move_bodies), {steps}, BodyArguments{}),
+      refit_leaves(SPIRV(refit_leaves), {steps}, RefitArguments{}),
+      refit_nodes(SPIRV(refit_nodes), {steps}, RefitArguments{}) {}
 
 #undef SPIRV
 
@@ -85,7 +85,7 @@ void Kernels::compile(Kernel& kernel) {
     if (is_compiled(kernel)) return;
     Device& device = device_.device;
     const auto spirv = kind_ == BufferKind::kTexels ? kernel.texels_ : kernel.storage_;
-    kernel.pipeline_.emplace(device, device_.pipelines.get(device, spirv, {kernel.steps_}));
+    kernel.pipeline_.emplace(device, device_.pipelines.get(device, spirv, kernel.constants_));
     kernel.kind_ = kind_;
 }
 

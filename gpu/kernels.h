@@ -15,11 +15,12 @@ namespace mray::gpu {
 
 class Kernel {
 public:
-    /// `steps`: kConstantStepBudget. With the arguments `nothing` a workgroup writes nothing.
+    /// `constants`: kConstantStepBudget and what follows it. With the arguments `nothing` a
+    /// workgroup writes nothing.
     template <class Arguments>
     Kernel(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> storage,
-           std::uint32_t steps, const Arguments& nothing)
-        : texels_(texels), storage_(storage), steps_(steps) {
+           std::vector<std::uint32_t> constants, const Arguments& nothing)
+        : texels_(texels), storage_(storage), constants_(std::move(constants)) {
         const auto bytes = std::as_bytes(std::span(&nothing, 1));
         nothing_.assign(bytes.begin(), bytes.end());
     }
@@ -37,11 +38,22 @@ private:
     /// The SPIR-V for each BufferKind.
     std::span<const std::uint32_t> texels_;
     std::span<const std::uint32_t> storage_;
-    std::uint32_t steps_;
+    std::vector<std::uint32_t> constants_;
     std::vector<std::byte> nothing_;
     BufferKind kind_ = BufferKind::kTexels;
     std::optional<BoundPipeline> pipeline_;
     std::uint64_t bound_version_ = 0;
+};
+
+/// A kernel with a short stack, and the same one for what that suspends.
+struct QueryKernel {
+    QueryKernel(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> storage,
+                std::uint32_t steps)
+        : begin(texels, storage, {steps, kShortStack}, QueryArguments{}),
+          resume(texels, storage, {steps, kMaxStack}, QueryArguments{}) {}
+
+    Kernel begin;
+    Kernel resume;
 };
 
 inline std::uint32_t groups_of(std::uint32_t lanes) {
@@ -86,9 +98,9 @@ public:
     Kernel occlusion;
     Kernel decide;
     Kernel resume;
-    Kernel hits;
-    Kernel winding;
-    Kernel closest;
+    QueryKernel hits;
+    QueryKernel winding;
+    QueryKernel closest;
     Kernel shade;
     Kernel pack_hits;
     Kernel find_surfaces;

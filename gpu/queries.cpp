@@ -121,9 +121,9 @@ private:
 
     /// Answers the queries that have been uploaded, as many as there are answers. Returns how many
     /// pairs the kernel has found; the pixels have the first pair_room() of them.
-    std::uint32_t run(const char* what, Kernel& kernel, std::uint32_t flags,
+    std::uint32_t run(const char* what, QueryKernel& kernel, std::uint32_t flags,
                       std::span<uvec4> answers) const {
-        kernels_.prepare({&kernel});
+        kernels_.prepare({&kernel.begin});
         const std::uint32_t found =
             passes_.answer(what, kernel,
                            {.first = 0,

@@ -113,20 +113,24 @@ double RayPasses::resume(bool any_hit, std::uint32_t count) {
                   });
 }
 
-std::uint32_t RayPasses::answer(const char* what, const Kernel& kernel, QueryArguments arguments) {
-    const auto dispatch = [&](VkCommandBuffer commands) {
-        kernel.dispatch(commands, arguments, groups_of(arguments.count));
+std::uint32_t RayPasses::answer(const char* what, QueryKernel& kernel, QueryArguments arguments) {
+    const auto dispatch = [&](VkCommandBuffer commands, const Kernel& form) {
+        form.dispatch(commands, arguments, groups_of(arguments.count));
     };
-    submit_pass(what, Reset::kAll, dispatch);
+    submit_pass(what, Reset::kAll,
+                [&](VkCommandBuffer commands) { dispatch(commands, kernel.begin); });
+    const std::uint32_t suspended_count = header(what).suspended_count;
+    if (suspended_count == 0) return header(what).visible_count;
+    kernels_.prepare({&kernel.resume});
     // A query visits each node and each triangle at most once, and a round takes a step.
     const std::uint64_t max_rounds =
         2 + 64 * (scene_.node_count() + kLeafTriangles * std::uint64_t{scene_.leaf_count()});
-    finish(what, header(what).suspended_count, max_rounds,
+    finish(what, suspended_count, max_rounds,
            [&](VkCommandBuffer commands, const ActiveRays& active) {
                arguments.first = active.first;
                arguments.count = active.count;
                arguments.round = active.is_fresh ? kRoundAnew : kRoundAgain;
-               dispatch(commands);
+               dispatch(commands, kernel.resume);
            });
     return header(what).visible_count;
 }

@@ -60,7 +60,7 @@ public:
 
     /// Submits a kernel of queries, and again until all queries have answers. Returns the pairs
     /// that it found (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.
-    std::uint32_t answer(const char* what, const Kernel& kernel, QueryArguments arguments);
+    std::uint32_t answer(const char* what, QueryKernel& kernel, QueryArguments arguments);
 
 private:
     /// The counters that a dispatch sets to 0; kRays: all but visible_count.

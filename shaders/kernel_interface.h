@@ -92,6 +92,8 @@ SHARED_CONST uint kRepeatsSteps = 70u;
 // Entries of a stack in the kernels that begin rays, which suspend a ray that may need more: fewer
 // than kMaxStack, since a GPU keeps memory for all of them and all lanes. (25 was the most in use.)
 SHARED_CONST uint kShortStack = 33u;
+// Kernels of queries have their stack's entries from the host.
+SHARED_CONST uint kConstantStackRoom = 1u;
 // Triangles of a ray that such a kernel can leave open; and none.
 SHARED_CONST uint kMostOpen = 7u;
 SHARED_CONST uint kNoOpen = 0xFFFFFFFFu;
@@ -216,7 +218,7 @@ SHARED_CONST uint kRoundAll = 0u;    // each query; those without an answer are 
 SHARED_CONST uint kRoundAgain = 1u;  // listed queries, from their saved states on
 SHARED_CONST uint kRoundAnew = 2u;   // listed queries, from the root on
 // Bits of QueryArguments.flags.
-SHARED_CONST uint kQueryTieBreak = 1u;  // by cross_triangle()
+SHARED_CONST uint kQueryTieBreak = 1u;  // owns_hit()
 SHARED_CONST uint kQueryCount = 2u;     // the number of hits
 // In a number of hits: kTouchesBorder of common/scene_queries.h.
 SHARED_CONST uint kCountTouches = 0x80000000u;

@@ -45,11 +45,9 @@ SHARED Bool may_touch_border(Float u, Float v) {
 
 #ifndef SHARED_LANES
 
-/// intersect_triangle() for rays that cross each edge and vertex in one owner: true for no other
-/// triangles than that, with the same bits.
-SHARED bool cross_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
-                           OUT(TriangleHit) hit) {
-    if (!intersect_triangle(s, tnear, tfar, a, b, c, hit)) return false;
+/// Whether a triangle that a ray hits owns it, so that a ray crosses each edge and vertex in one
+/// owner.
+SHARED bool owns_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, TriangleHit hit) {
     if (!may_touch_border(hit.u, hit.v)) return true;
     vec3 pa = project(s, a);
     vec3 pb = project(s, b);

@@ -121,11 +121,9 @@ private:
         const ShearedRay sheared = shear_ray(ray.org, ray.dir);
         const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
             TriangleHit hit;
-            const bool is_hit =
-                query.crossing == Crossing::kOwner
-                    ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
-                    : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
-            if (is_hit && sees(query, i, prim_id)) visit(make_hit(hit, prim_id));
+            if (!intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)) return;
+            if (query.crossing == Crossing::kOwner && !owns_hit(sheared, a, b, c, hit)) return;
+            if (sees(query, i, prim_id)) visit(make_hit(hit, prim_id));
         };
         for_each_mesh_triangle(topology_, positions_, test);
     }

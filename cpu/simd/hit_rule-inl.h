@@ -77,7 +77,7 @@ HWY_INLINE Mask refined_in_range(const lanes::ShearedRay& s, const lanes::Edges&
     return hits & lanes::is_in_range(hit.t, range.tnear, range.tfar);
 }
 
-/// The exact path of intersect_triangle, or of cross_triangle.
+/// The exact path of intersect_triangle, and with kOwner of owns_hit.
 HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, const HitRange& range,
                                   const TriangleCorners& t, Mask possible,
                                   lanes::TriangleHit& hit) {

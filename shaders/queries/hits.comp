@@ -33,10 +33,8 @@ int last_key() { return floatBitsToInt(last_depth(least_t())); }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     TriangleHit hit;
-    bool is_hit = (args.flags & kQueryTieBreak) != 0u
-                      ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
-                      : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
-    if (!is_hit) return 0u;
+    if (!intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)) return 0u;
+    if ((args.flags & kQueryTieBreak) != 0u && !owns_hit(sheared, a, b, c, hit)) return 0u;
     if ((args.flags & kQueryCount) != 0u) {
         answer.x += 1u + count_repeats(prim_id);
         if (may_touch_border(hit.u, hit.v)) answer.x |= kCountTouches;

@@ -7,7 +7,7 @@ bool meets(vec3 lower, vec3 upper, out int key);
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id);
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kQueryStepBudget;
-const uint kStackRoom = kMaxStack;
+layout(constant_id = kConstantStackRoom) const uint kStackRoom = kMaxStack;
 const uint kStackSize = kStackRoom;
 layout(push_constant) uniform Arguments { QueryArguments args; };
 
