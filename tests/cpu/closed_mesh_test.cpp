@@ -16,6 +16,7 @@
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 #include "scenes/procedural/procedural.h"
+#include "tests/support/animation_positions.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
@@ -56,20 +57,18 @@ TestScene sphere_with_joints(int levels, std::uint32_t joints, std::uint32_t col
     return mesh;
 }
 
-/// From near `centre` (scene space): at vertices, at points of edges, at places inside triangles.
-std::vector<Ray> rays_at_joints(const TestScene& scene, const vec3& centre, double scale,
-                                std::size_t count, Random& random) {
-    const std::vector<uvec3>& triangles = scene.topology().triangles;
-    const std::vector<vec3>& p = scene.positions();
-    const float jitter = 0.01f * static_cast<float>(scene.space().length_to_scene(scale));
+/// From up to `jitter` beside `centre`: at vertices, at points of edges, at places inside
+/// triangles.
+std::vector<Ray> rays_from(const vec3& centre, double jitter, const TestScene& scene,
+                           const std::vector<vec3>& p, std::size_t count, Random& random) {
     std::vector<Ray> rays;
     while (rays.size() < count) {
-        const uvec3 t = random.pick(triangles);
+        const uvec3 t = random.pick(scene.topology().triangles);
         const auto part = [&] { return static_cast<float>(random.real(0, 1)); };
         const float f = rays.size() % 3 == 0 ? 0.0f : part();
         const float g = rays.size() % 3 != 2 ? 0.0f : (1 - f) * part();
         const vec3 target = p[t.x] + (p[t.y] - p[t.x]) * f + (p[t.z] - p[t.x]) * g;
-        const vec3 org = snap_point(centre + random.point(1) * jitter);
+        const vec3 org = snap_point(centre + random.point(jitter));
         const vec3 dir = target - org;
         if (dir == vec3(0, 0, 0)) continue;
         rays.push_back({org, 0, canonical_direction(dir), kInfiniteT});
@@ -84,22 +83,6 @@ std::vector<vec3> breathing(const std::vector<vec3>& positions, Random& random) 
     for (const vec3& p : positions)
         moved.push_back(snap_point(p * static_cast<float>(random.real(2.0 / 3, 1))));
     return moved;
-}
-
-/// From near 0: at a vertex, at a point of an edge.
-std::vector<Ray> rays_from_inside(const TestScene& scene, const std::vector<vec3>& positions,
-                                  std::size_t count, Random& random) {
-    const std::vector<uvec3>& triangles = scene.topology().triangles;
-    std::vector<Ray> rays;
-    while (rays.size() < count) {
-        const uvec3 t = random.pick(triangles);
-        const vec3 a = positions[t.x];
-        const vec3 b = positions[t.y];
-        const float f = rays.size() % 2 == 0 ? 0.0f : static_cast<float>(random.real(0, 1));
-        const vec3 org = snap_point(random.point(0.01 * kSceneExtent));
-        rays.push_back({org, 0, canonical_direction(a + (b - a) * f - org), kInfiniteT});
-    }
-    return rays;
 }
 
 struct ClosedCase {
@@ -150,7 +133,9 @@ TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAndCollapsedVertices) {
             Random random(seed);
             const vec3 centre =
                 scene.space().point_to_scene(dvec3(one.centre) * one.scale, "centre");
-            leaks += count_leaks(bvh, rays_at_joints(scene, centre, one.scale, 10000, random));
+            const double jitter = 0.01 * scene.space().length_to_scene(one.scale);
+            leaks += count_leaks(
+                bvh, rays_from(centre, jitter, scene, scene.positions(), 10000, random));
         }
     }
     EXPECT_EQ(leaks, 0u);
@@ -164,7 +149,8 @@ TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAfterRefits) {
     for (int pose = 0; pose < 50 * rounds(); ++pose) {
         const std::vector<vec3> positions = breathing(scene.positions(), random);
         cpu::refit(bvh, positions);
-        leaks += count_leaks(bvh, rays_from_inside(scene, positions, 1000, random));
+        leaks += count_leaks(
+            bvh, rays_from(vec3(0), 0.01 * kSceneExtent, scene, positions, 1000, random));
     }
     EXPECT_EQ(leaks, 0u);
 }
@@ -239,49 +225,48 @@ TEST(ClosedMesh, IsClosedByATriangleWithoutArea) {
     EXPECT_GE(fillings, leaks);
 }
 
-/// Calls visit(surface, prim_id) for what the pixels of an image see.
+/// Calls visit(tracer, ray, prim_id) for the shadow rays of what the pixels of an image see.
+/// Returns their number.
 template <class Visit>
-void for_each_surface(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh,
-                      const ImageParams& params, Visit visit) {
+std::size_t for_each_shadow_ray(const Topology& topology, std::span<const vec3> positions,
+                                const ImageParams& params, Visit visit) {
+    const Bvh bvh = build_bvh(topology, positions);
     const cpu::ScalarTracer tracer(bvh);
+    std::size_t rays = 0;
     for (std::uint32_t y = 0; y < params.height; ++y) {
         for (std::uint32_t x = 0; x < params.width; ++x) {
             const Ray ray = camera_ray(params.camera, x, y);
             const Hit hit = tracer.intersect(ray);
             if (hit.prim_id == kNoPrim) continue;
             const uvec3 t = topology.triangles[hit.prim_id];
-            visit(surface_at(ray, hit, positions[t.x], positions[t.y], positions[t.z]),
-                  hit.prim_id);
+            const Surface surface =
+                surface_at(ray, hit, positions[t.x], positions[t.y], positions[t.z]);
+            if (!faces_light(surface, params.light)) continue;
+            ++rays;
+            visit(tracer, shadow_ray(surface, params.light), hit.prim_id);
         }
     }
+    return rays;
 }
 
 TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
     for (const ProceduralScene& builtin : procedural_scenes()) {
         std::size_t rays = 0;
         const auto animation = make_procedural(builtin.name, 4000);
-        ViewSpec view;
-        view.width = view.height = 128;
-        std::vector<vec3> world(animation->topology().vertex_count);
-        std::vector<vec3> positions(world.size());
         // At frame 10 the collapse lies in a plane.
         for (const double part : {0.0, 0.3, 10.0 / 24, 0.5}) {
-            animation->positions(std::lerp(animation->first_frame(), animation->last_frame(), part),
-                                 world);
+            std::vector<vec3> positions = positions_at(
+                *animation, std::lerp(animation->first_frame(), animation->last_frame(), part));
             PoseExtent pose;
-            pose.add(world);
+            pose.add(positions);
             const SceneSpace space = space_of_pose(animation->bounds(), pose);
-            const ImageParams params = make_image_params(view, animation->bounds(), space);
-            space.to_scene(world, positions);
-            const Bvh bvh = build_bvh(animation->topology(), positions);
-            const cpu::ScalarTracer tracer(bvh);
-            for_each_surface(animation->topology(), positions, bvh, params,
-                             [&](const Surface& surface, std::uint32_t prim_id) {
-                                 if (!faces_light(surface, params.light)) return;
-                                 ++rays;
-                                 const Ray ray = shadow_ray(surface, params.light);
-                                 EXPECT_NE(tracer.intersect(ray).prim_id, prim_id) << builtin.name;
-                             });
+            space.to_scene(positions, positions);
+            rays += for_each_shadow_ray(
+                animation->topology(), positions,
+                make_image_params({.width = 128, .height = 128}, animation->bounds(), space),
+                [&](const cpu::ScalarTracer& tracer, const Ray& ray, std::uint32_t prim_id) {
+                    EXPECT_NE(tracer.intersect(ray).prim_id, prim_id) << builtin.name;
+                });
         }
         EXPECT_GT(rays, 1000u) << builtin.name;
     }
@@ -290,19 +275,13 @@ TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
 TEST(ShadowRay, LeavesAConvexSurfaceInTheLight) {
     for (const TestScene& scene : {icosphere(4), icosphere(4, 1e-12), icosphere(4, 1e12),
                                    icosphere(3, 1, {1000, -2000, 500})}) {
-        std::size_t rays = 0;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const cpu::ScalarTracer tracer(bvh);
-        ViewSpec view;
-        view.width = view.height = 192;
-        const ImageParams params =
-            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
-        for_each_surface(scene.topology(), scene.positions(), bvh, params,
-                         [&](const Surface& surface, std::uint32_t) {
-                             if (!faces_light(surface, params.light)) return;
-                             ++rays;
-                             EXPECT_FALSE(tracer.occluded(shadow_ray(surface, params.light)));
-                         });
+        const ImageParams params = make_image_params(
+            {.width = 192, .height = 192}, bounds_of(scene.world_positions()), scene.space());
+        const std::size_t rays =
+            for_each_shadow_ray(scene.topology(), scene.positions(), params,
+                                [](const cpu::ScalarTracer& tracer, const Ray& ray, std::uint32_t) {
+                                    EXPECT_FALSE(tracer.occluded(ray));
+                                });
         EXPECT_GT(rays, 1000u);
     }
 }

@@ -34,9 +34,5 @@ TEST_P(HardMotion, LosesAFiniteTimeInEachFrame) {
     }
 }
 
-TEST_P(HardMotion, LeavesTheBytesOfAFreshRefit) {
-    expect_no_drift(GetParam(), *cpu::make_cpu_backend());
-}
-
 }  // namespace
 }  // namespace mray::test

@@ -25,19 +25,19 @@ struct Faults {
     bool keep_failing = false;
     std::function<bool(std::string_view)> counts = [](std::string_view) { return true; };
     /// Fails every call of this name instead, if set.
-    std::string fail_name;
+    std::string fail_name = {};
     VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
 
-    std::function<void(VkPhysicalDeviceProperties&)> edit_properties;
-    std::function<void(VkPhysicalDeviceFloatControlsProperties&)> edit_float_controls;
-    std::function<void(VkQueueFamilyProperties&)> edit_queue_family;
+    std::function<void(VkPhysicalDeviceProperties&)> edit_properties = {};
+    std::function<void(VkPhysicalDeviceFloatControlsProperties&)> edit_float_controls = {};
+    std::function<void(VkQueueFamilyProperties&)> edit_queue_family = {};
     bool hide_devices = false;
     /// Changes the words of kernels.
-    std::function<void(std::vector<std::uint32_t>&)> edit_kernel;
+    std::function<void(std::vector<std::uint32_t>&)> edit_kernel = {};
 
     /// Out: the number of calls, and the name of the one that failed.
     std::size_t call_count = 0;
-    std::string failed_name;
+    std::string failed_name = {};
 };
 
 /// The limits that every device of Vulkan has at least, as far as the backend reads them.

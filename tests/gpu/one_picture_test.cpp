@@ -173,23 +173,18 @@ TEST(OnePicture, RaysThatMeetEdgesEqualTheCpu) {
 }
 
 // The worst trees after deformation, with the default budget: each ray meets every triangle, which
-// takes more steps than a lane has.
+// takes more steps than a lane has. Then each leaf is full, and each of its triangles uncertain, so
+// that a leaf takes the most steps; the rounds that continue a ray are limited by their number.
 TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
-    const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     for (const TestScene& scene : {coincident(5000), torus(64, 32)}) {
         expect_same_images(*brute, *vulkan, "", scene, loose_tree(scene),
                            {view(48, 32, kRaysShadow)}, true);
     }
-}
-
-// Each leaf is full, and each of its triangles uncertain, so that a leaf takes the most steps; the
-// rounds that continue a ray are limited by their number.
-TEST(OnePicture, ImagesOfFullLeavesThatCannotBeCulledEqualBruteForce) {
-    const std::unique_ptr<Backend> vulkan = validated_device({.step_budget = 100});
-    const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     const TestScene scene = coincident(8192);
-    expect_same_images(*brute, *vulkan, "", scene, built_tree(scene), {view(8, 6, kRaysPrimary)});
+    expect_same_images(*brute, *validated_device({.step_budget = 100}), "", scene,
+                       built_tree(scene), {view(8, 6, kRaysPrimary)});
 }
 
 void expect_same_hits(Backend& expected, Backend& actual, std::span<const Ray> rays) {
@@ -248,17 +243,11 @@ void compare_with_brute_force(gpu::Tuning tuning, std::size_t size, const std::s
     }
 }
 
-TEST(DeviceQueries, HaveTheBitsOfBruteForce) {
+TEST(DeviceQueries, HaveTheBitsOfBruteForceInOnePartOrMany) {
     compare_with_brute_force({}, 150);
     compare_with_brute_force({.buffer_kind = gpu::BufferKind::kStorage}, 50);
-}
-
-TEST(DeviceQueries, HaveThemWhenTheyAreSuspendedAllTheTime) {
+    // Suspended all the time; then 256 at a time, with room for 128 uncertain crossings.
     compare_with_brute_force({.step_budget = 150}, 8);
-}
-
-TEST(DeviceQueries, HaveThemWhenTheyAreAskedInManyParts) {
-    // 256 at a time, with room for 128 uncertain crossings.
     for (const char* const scene : {"star", "grid box", "slivers"})
         compare_with_brute_force({.tiles_per_dispatch = 4}, 700, scene);
 }

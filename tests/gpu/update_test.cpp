@@ -220,10 +220,5 @@ TEST(HardMotionOnVulkan, TakesTheDecisionsOfTheCpu) {
         EXPECT_EQ(counted_decisions(motion, *vulkan), counted_decisions(motion, *cpu));
 }
 
-TEST(HardMotionOnVulkan, LeavesTheBytesOfAFreshRefit) {
-    const auto vulkan = validated_device();
-    for (const Motion& motion : hard_motions()) expect_no_drift(motion, *vulkan);
-}
-
 }  // namespace
 }  // namespace mray::test

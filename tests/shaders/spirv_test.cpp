@@ -1,16 +1,13 @@
-// The SPIR-V of every kernel: float modes, exact operations, resources as the host reads them, and
-// the bytes of the structs that host and kernels share.
+// The SPIR-V of every kernel: float modes, exact operations, and resources as the host reads them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <set>
 #include <span>
 #include <string>
@@ -22,39 +19,23 @@
 #include "shaders/kernel_interface.h"
 #include "shaders/morphray_kernels.h"
 #include "tests/shaders/evaluate_spirv.h"
-#include "tests/shaders/layout_spirv.h"
 
 namespace mray::test {
 namespace {
 
 // Opcodes by their numbers in the SPIR-V specification.
 enum SpirvOp : std::uint32_t {
-    kOpName = 5,
-    kOpMemberName = 6,
     kOpExtInst = 12,
     kOpSpecConstantOp = 52,
     kOpExecutionMode = 16,
     kOpCapability = 17,
     kOpDecorate = 71,
-    kOpMemberDecorate = 72,
     kOpFAdd = 129,
     kOpFSub = 131,
     kOpFMul = 133,
     kOpVectorTimesScalar = 142,
 };
-enum SpirvDecoration : std::uint32_t { kOffset = 35, kNoContraction = 42 };
-
-std::string text_of(std::span<const std::uint32_t> words) {
-    std::string text;
-    for (const std::uint32_t word : words) {
-        for (std::uint32_t shift = 0; shift < 32; shift += 8) {
-            const char c = static_cast<char>(word >> shift & 0xFF);
-            if (c == '\0') return text;
-            text += c;
-        }
-    }
-    return text;
-}
+constexpr std::uint32_t kNoContraction = 42;
 
 /// Instructions that compute nothing (declarations, memory, control flow, texel fetches, atomics
 /// on integers), and those that every device computes equally.
@@ -89,31 +70,6 @@ bool is_exact(std::uint32_t opcode) {
 bool is_exact_extended(std::uint32_t number) {
     constexpr std::uint32_t kAllowed[] = {4, 37, 38, 40, 41, 73};
     return std::find(std::begin(kAllowed), std::end(kAllowed), number) != std::end(kAllowed);
-}
-
-using Offsets = std::map<std::string, std::uint32_t>;
-
-/// Byte offsets by member name of the struct type of that name that has a layout.
-Offsets member_offsets(std::span<const std::uint32_t> words, const std::string& type) {
-    const std::vector<gpu::SpirvInstruction> instructions = gpu::read_spirv(words);
-    std::set<std::uint32_t> candidates;
-    for (const gpu::SpirvInstruction& i : instructions) {
-        if (i.opcode == kOpName && text_of(i.operands.subspan(1)) == type)
-            candidates.insert(i.operands[0]);
-    }
-    std::map<std::uint32_t, std::map<std::uint32_t, std::string>> names;
-    std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> offsets;
-    for (const gpu::SpirvInstruction& i : instructions) {
-        if (i.opcode == kOpMemberName) {
-            names[i.operands[0]][i.operands[1]] = text_of(i.operands.subspan(2));
-        } else if (i.opcode == kOpMemberDecorate && i.operands[2] == kOffset) {
-            offsets[i.operands[0]][i.operands[1]] = i.operands[3];
-        }
-    }
-    Offsets result;
-    for (const std::uint32_t id : candidates)
-        for (const auto& [member, offset] : offsets[id]) result[names[id][member]] = offset;
-    return result;
 }
 
 /// Operations of a kernel whose rounding differs between devices, one line each. Floats may be
@@ -229,33 +185,8 @@ TEST(ReadSpirv, RejectsWordsThatAreNoModule) {
     EXPECT_THROW(gpu::read_spirv(truncated), Error);
 }
 
-constexpr auto kUniformTexels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
 constexpr auto kStorageTexels = VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
 constexpr auto kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-
-TEST(ShaderInterface, HasTheBindingsOfTheSourceWithTheirTypes) {
-    using Bindings = std::vector<gpu::ShaderBinding>;
-    EXPECT_EQ(gpu::shader_bindings(k_refit_leaves_spirv),
-              (Bindings{{kBindPositions, kUniformTexels},
-                        {kBindLeafVertices, kUniformTexels},
-                        {kBindLeafParents, kUniformTexels},
-                        {kBindNodeWords, kStorageTexels},
-                        {kBindLeafWords, kStorageTexels},
-                        {kBindGroupWords, kStorageTexels}}));
-    EXPECT_EQ(gpu::shader_bindings(k_move_bodies_spirv),
-              (Bindings{{kBindMovedPositions, kStorageTexels},
-                        {kBindRestPositions, kUniformTexels},
-                        {kBindBodies, kUniformTexels}}));
-    EXPECT_EQ(gpu::shader_bindings(k_rays_spirv), (Bindings{{kBindNodes, kStorageTexels},
-                                                            {kBindLeaves, kStorageTexels},
-                                                            {kBindRays, kUniformTexels},
-                                                            {kBindHits, kStorage},
-                                                            {kBindWork, kStorage},
-                                                            {kBindQuarters, kStorageTexels},
-                                                            {kBindGroups, kStorageTexels}}));
-    for (const gpu::ShaderBinding& binding : gpu::shader_bindings(k_rays_storage_spirv))
-        EXPECT_EQ(binding.type, kStorage);
-}
 
 TEST(ShaderInterface, StaysWithinTheBuffersThatItsDevicesHave) {
     for (const Kernel& kernel : kKernels) {
@@ -279,86 +210,6 @@ TEST(ShaderInterface, RefusesOtherResources) {
                                    4u << 16 | 32, 2, 2,  1,     //
                                    4u << 16 | 59, 2, 3,  2};
     EXPECT_THROW(gpu::shader_bindings(words), Error);
-}
-
-// ---- Layouts of shared structs
-
-Offsets in_kernel(const char* type) { return member_offsets(k_layout_spirv, type); }
-
-#define OFFSET(type, member) \
-    { #member, static_cast < std::uint32_t>(offsetof(type, member)) }
-
-TEST(SharedLayout, NodesAndLeavesAgree) {
-    EXPECT_EQ(in_kernel("Node"), (Offsets{OFFSET(Node, planes), OFFSET(Node, child)}));
-    EXPECT_EQ(in_kernel("Leaf"), (Offsets{OFFSET(Leaf, vertex), OFFSET(Leaf, prim_id)}));
-    EXPECT_EQ(in_kernel("LeafVertex"),
-              (Offsets{OFFSET(LeafVertex, x), OFFSET(LeafVertex, y), OFFSET(LeafVertex, z),
-                       OFFSET(LeafVertex, corners)}));
-}
-
-TEST(SharedLayout, RaysAndHitsAgree) {
-    EXPECT_EQ(in_kernel("Ray"),
-              (Offsets{OFFSET(Ray, org), OFFSET(Ray, tnear), OFFSET(Ray, dir), OFFSET(Ray, tfar)}));
-    EXPECT_EQ(in_kernel("Hit"),
-              (Offsets{OFFSET(Hit, t), OFFSET(Hit, u), OFFSET(Hit, v), OFFSET(Hit, prim_id)}));
-    EXPECT_EQ(in_kernel("Suspended"),
-              (Offsets{OFFSET(Suspended, ray), OFFSET(Suspended, answer_index),
-                       OFFSET(Suspended, open)}));
-    EXPECT_EQ(in_kernel("WorkHeader"),
-              (Offsets{OFFSET(WorkHeader, status), OFFSET(WorkHeader, suspended_count),
-                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, open_count),
-                       OFFSET(WorkHeader, visible_count), OFFSET(WorkHeader, shown_count),
-                       OFFSET(WorkHeader, pad1), OFFSET(WorkHeader, pad2)}));
-}
-
-TEST(SharedLayout, ArgumentsAgree) {
-    EXPECT_EQ(in_kernel("Camera"),
-              (Offsets{OFFSET(Camera, org), OFFSET(Camera, pad0), OFFSET(Camera, corner),
-                       OFFSET(Camera, pad1), OFFSET(Camera, du), OFFSET(Camera, pad2),
-                       OFFSET(Camera, dv), OFFSET(Camera, pad3)}));
-    EXPECT_EQ(in_kernel("ImageParams"),
-              (Offsets{OFFSET(ImageParams, camera), OFFSET(ImageParams, light),
-                       OFFSET(ImageParams, ao_tfar), OFFSET(ImageParams, width),
-                       OFFSET(ImageParams, height), OFFSET(ImageParams, rays),
-                       OFFSET(ImageParams, ao_count)}));
-    EXPECT_EQ(in_kernel("RegionArguments"),
-              (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
-                       OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
-                       OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
-                       OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, tile_bits),
-                       OFFSET(RegionArguments, first)}));
-    EXPECT_EQ(in_kernel("LitArguments"), (Offsets{OFFSET(LitArguments, org),
-                                                  OFFSET(LitArguments, kind),
-                                                  OFFSET(LitArguments, corner),
-                                                  OFFSET(LitArguments, side_bits),
-                                                  OFFSET(LitArguments, du),
-                                                  OFFSET(LitArguments, rays),
-                                                  OFFSET(LitArguments, dv),
-                                                  OFFSET(LitArguments, ao_count),
-                                                  OFFSET(LitArguments, light),
-                                                  OFFSET(LitArguments, near),
-                                                  OFFSET(LitArguments, up),
-                                                  OFFSET(LitArguments, per_depth),
-                                                  OFFSET(LitArguments, image_height),
-                                                  OFFSET(LitArguments, flags),
-                                                  OFFSET(LitArguments, x),
-                                                  OFFSET(LitArguments, y),
-                                                  OFFSET(LitArguments, width),
-                                                  OFFSET(LitArguments, height),
-                                                  OFFSET(LitArguments, columns),
-                                                  OFFSET(LitArguments, rows)}));
-    EXPECT_EQ(
-        in_kernel("OcclusionArguments"),
-        (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
-                 OFFSET(OcclusionArguments, y), OFFSET(OcclusionArguments, width),
-                 OFFSET(OcclusionArguments, ray_first), OFFSET(OcclusionArguments, ray_end)}));
-    EXPECT_EQ(in_kernel("RaysArguments"), (Offsets{OFFSET(RaysArguments, ray_count)}));
-    EXPECT_EQ(in_kernel("ResumeArguments"),
-              (Offsets{OFFSET(ResumeArguments, first), OFFSET(ResumeArguments, count),
-                       OFFSET(ResumeArguments, fresh), OFFSET(ResumeArguments, any_hit)}));
-    EXPECT_EQ(in_kernel("RefitArguments"),
-              (Offsets{OFFSET(RefitArguments, first), OFFSET(RefitArguments, count)}));
-    EXPECT_EQ(in_kernel("BodyArguments"), (Offsets{OFFSET(BodyArguments, count)}));
 }
 
 }  // namespace

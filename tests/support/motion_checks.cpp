@@ -87,18 +87,4 @@ std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer
     return decisions;
 }
 
-void expect_no_drift(const Motion& motion, Backend& tracer) {
-    const std::vector<vec3>& start = motion.poses[motion.build_at];
-    const Bvh built = build_bvh(motion.topology, start);
-    MovingScene once(tracer, motion.topology, Pose(start), built);
-    once.refit(motion.poses.back(), RefitExtent::kAll);
-    const std::uint64_t fresh = tree_hash(tracer);
-    MovingScene moving(tracer, motion.topology, Pose(start), built);
-    for (int round = 0; round < 3; ++round)
-        for (const std::vector<vec3>& positions : motion.poses) moving.refit(positions);
-    EXPECT_EQ(tree_hash(tracer), fresh) << motion.name;
-    moving.refit(start);
-    EXPECT_EQ(tree_hash(tracer), bvh_hash(built)) << motion.name;
-}
-
 }  // namespace mray::test

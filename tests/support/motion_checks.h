@@ -13,7 +13,4 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
 /// The steps, reasons and trees of auto from counts.
 std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer);
 
-/// Refits to all poses, several times over, leave the bytes of one refit to the last pose.
-void expect_no_drift(const Motion& motion, Backend& tracer);
-
 }  // namespace mray::test

@@ -1,7 +1,6 @@
 #include "tests/support/query_answers.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "tests/support/same_bits.h"
 
@@ -14,11 +13,6 @@ std::vector<std::uint32_t> uncertain_of(const Answers& answers, std::size_t poin
     for (const UncertainCrossing& one : answers.uncertain)
         if (one.point == point) triangles.push_back(one.prim_id);
     return triangles;
-}
-
-bool is_same(const ClosestTriangle& a, const ClosestTriangle& b) {
-    return std::bit_cast<std::uint32_t>(a.d2) == std::bit_cast<std::uint32_t>(b.d2) &&
-           a.prim_id == b.prim_id;
 }
 
 }  // namespace
@@ -86,7 +80,7 @@ void visit_differences(const Answers& a, const Answers& b,
         if (a.windings[i] != b.windings[i] ||
             (!is_uncertain_same && uncertain_of(a, i) != uncertain_of(b, i)))
             visit(Answered::kWindings, i);
-        if (!is_same(a.closest[i], b.closest[i]) || !is_same(a.near[i], b.near[i]))
+        if (!same_bits(a.closest[i], b.closest[i]) || !same_bits(a.near[i], b.near[i]))
             visit(Answered::kClosestPoints, i);
     }
     for (std::size_t i = 0; i < a.exact.size(); ++i)

@@ -9,7 +9,11 @@
 
 namespace mray::test {
 
-inline bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+/// Of types without padding.
+template <class Value>
+bool same_bits(const Value& a, const Value& b) {
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 /// The same for the elements of two contiguous containers, and their number.
 template <class Values>

@@ -1,6 +1,7 @@
 #include "tests/support/shapes.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -30,14 +31,21 @@ int any_count(Random& random) {
     return static_cast<int>(random.magnitude(1, 41));
 }
 
-Shape grid_soup(Random& random, int count) {
+/// Triangles with these corners, as many as asked for.
+template <class Corners>
+Shape triangles(int count, const Corners& corners) {
     Shape shape;
     for (int i = 0; i < count; ++i) {
-        const dvec3 a = random.grid_point();
-        const dvec3 b = random.grid_point();
-        shape.add_triangle(a, b, random.grid_point());
+        const std::array<dvec3, 3> p = corners();
+        shape.add_triangle(p[0], p[1], p[2]);
     }
     return shape;
+}
+
+Shape grid_soup(Random& random, int count) {
+    return triangles(count, [&] {
+        return std::array{random.grid_point(), random.grid_point(), random.grid_point()};
+    });
 }
 
 Shape any_soup(Random& random, int count) {
@@ -129,17 +137,14 @@ Shape t_joints(Random& random, int) {
 }
 
 Shape axis_aligned(Random& random, int count) {
-    Shape shape;
-    for (int i = 0; i < count; ++i) {
+    return triangles(count, [&] {
         const dvec3 a = random.grid_point();
         const int axis = random.from(0, 2);
-        dvec3 b = a;
-        dvec3 c = a;
-        b[(axis + 1) % 3] += random.sign() * random.from(1, 8) / 8.0;
-        c[(axis + 2) % 3] += random.sign() * random.from(1, 8) / 8.0;
-        shape.add_triangle(a, b, c);
-    }
-    return shape;
+        std::array corners{a, a, a};
+        for (const std::size_t k : {1u, 2u})
+            corners[k][(axis + static_cast<int>(k)) % 3] += random.sign() * random.from(1, 8) / 8.0;
+        return corners;
+    });
 }
 
 Shape small_closed_mesh(Random& random) {
@@ -312,39 +317,32 @@ Shape height_map(std::uint32_t columns, std::uint32_t rows,
 }
 
 Shape soup(Random& random, int count, double size) {
-    Shape shape;
-    for (int i = 0; i < count; ++i) {
+    return triangles(count, [&] {
         const dvec3 centre = random.exact_point(1);
-        const dvec3 a = centre + random.exact_point(size);
-        const dvec3 b = centre + random.exact_point(size);
-        shape.add_triangle(a, b, centre + random.exact_point(size));
-    }
-    return shape;
+        return std::array{centre + random.exact_point(size), centre + random.exact_point(size),
+                          centre + random.exact_point(size)};
+    });
 }
 
 Shape needles(Random& random, int count) {
-    Shape shape;
     const double width = random.magnitude(1e-9, 1e-2);
     const bool share_tip = random.one_in(2);
     const dvec3 tip = random.exact_point(1);
-    for (int i = 0; i < count; ++i) {
+    return triangles(count, [&] {
         const dvec3 base = random.exact_point(1);
-        const dvec3 side = base + random.exact_point(width);
-        shape.add_triangle(base, side, share_tip ? tip : random.exact_point(1));
-    }
-    return shape;
+        return std::array{base, base + random.exact_point(width),
+                          share_tip ? tip : random.exact_point(1)};
+    });
 }
 
 Shape slivers(Random& random, int count) {
-    Shape shape;
     const double height = random.magnitude(1e-9, 1e-2);
-    for (int i = 0; i < count; ++i) {
+    return triangles(count, [&] {
         const dvec3 a = random.exact_point(1);
         const dvec3 b = random.exact_point(1);
         const dvec3 between = a + (b - a) * random.real(0, 1);
-        shape.add_triangle(a, b, between + random.exact_point(height));
-    }
-    return shape;
+        return std::array{a, b, between + random.exact_point(height)};
+    });
 }
 
 Shape duplicates(Random& random, int count) {
@@ -379,15 +377,14 @@ Shape shared_vertices(Random& random, int count, std::uint32_t vertices) {
 }
 
 Shape coplanar_stack(Random& random, int count) {
-    Shape shape;
     const int fixed = random.from(0, 2);
     const bool on_grid = random.one_in(2);
     const bool tilted = random.one_in(3);
     const int layers = random.from(1, 3);
     const double gap = random.one_in(2) ? 0 : std::exp2(-random.from(1, 45));
     const dvec3 slope = random.exact_point(1);
-    for (int i = 0; i < count; ++i) {
-        dvec3 corners[3];
+    return triangles(count, [&] {
+        std::array<dvec3, 3> corners;
         const double level = 0.25 + gap * random.from(0, layers - 1);
         for (dvec3& corner : corners) {
             corner = on_grid ? random.grid_point() : random.exact_point(1);
@@ -396,14 +393,12 @@ Shape coplanar_stack(Random& random, int count) {
                 corner[fixed] +=
                     slope.x * corner[(fixed + 1) % 3] + slope.y * corner[(fixed + 2) % 3];
         }
-        shape.add_triangle(corners[0], corners[1], corners[2]);
-    }
-    return shape;
+        return corners;
+    });
 }
 
 Shape equal_corners(Random& random, int count) {
-    Shape shape;
-    for (int i = 0; i < count; ++i) {
+    return triangles(count, [&] {
         const vec3 p = random.one_in(3) ? vec3(0, random.real(-1, 1), 0) : random.point();
         vec3 corners[] = {p, p, random.one_in(2) ? p : p + random.point(0.3)};
         float& moved = corners[1][random.from(0, 2)];
@@ -412,20 +407,16 @@ Shape equal_corners(Random& random, int count) {
         if (kind == 1) moved += 0.2f;
         if (kind == 2 && moved == 0) moved = -moved;
         std::rotate(corners, corners + random.below(3), std::end(corners));
-        shape.add_triangle(corners[0], corners[1], corners[2]);
-    }
-    return shape;
+        return std::array<dvec3, 3>{corners[0], corners[1], corners[2]};
+    });
 }
 
 Shape mixed_sizes(Random& random, int count) {
-    Shape shape;
-    for (int i = 0; i < count; ++i) {
+    return triangles(count, [&] {
         const double size = std::exp2(-random.from(0, 50));
-        const dvec3 a = random.exact_point(size);
-        const dvec3 b = random.exact_point(size);
-        shape.add_triangle(a, b, random.exact_point(size));
-    }
-    return shape;
+        return std::array{random.exact_point(size), random.exact_point(size),
+                          random.exact_point(size)};
+    });
 }
 
 Shape progression(int count) {

@@ -123,11 +123,7 @@ TEST(ClosestRule, GivesVerticesAndEdgesTheSameBitsInAllTriangles) {
 
 /// A triangle and a point next to it, on its plane, or under one of its edges or corners; in world
 /// space, of which scene space rounds the smallest coordinates.
-struct WindingCase {
-    vec3 p, a, b, c;
-};
-
-WindingCase random_winding_case(Random& random) {
+Case random_winding_case(Random& random) {
     const auto some = [&](double size) {
         const double x = random.real(-size, size);
         const double y = random.real(-size, size);
@@ -136,7 +132,7 @@ WindingCase random_winding_case(Random& random) {
     const vec3 centre =
         random.below(2) == 0 ? vec3(0, 0, 0) : some(std::exp2(random.real(-40, 19)));
     const double size = std::exp2(random.real(-40, 19));
-    WindingCase one;
+    Case one;
     one.a = centre + some(size);
     one.b = centre + some(size);
     one.c = centre + some(size);
@@ -162,16 +158,15 @@ WindingCase random_winding_case(Random& random) {
     return one;
 }
 
-vec3 to_scene(vec3 p) { return snap_point(p); }
-
 TEST(WindingRule, IsNeverWrongNextToATriangle) {
     Random random(6);
     std::size_t wrong = 0;
     std::size_t certain = 0;
     for (int i = 0; i < 1500000; ++i) {
-        const WindingCase one = random_winding_case(random);
-        const FloatCrossing found = float_crossing(clipped_point(to_scene(one.p)), to_scene(one.a),
-                                                   to_scene(one.b), to_scene(one.c));
+        const Case one = random_winding_case(random);
+        const FloatCrossing found =
+            float_crossing(clipped_point(snap_point(one.p)), snap_point(one.a), snap_point(one.b),
+                           snap_point(one.c));
         if (found.is_uncertain) continue;
         const ExactCrossing exact = exact_crossing(one.p, one.a, one.b, one.c);
         ++certain;

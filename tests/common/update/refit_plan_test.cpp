@@ -12,6 +12,8 @@
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
 #include "scenes/procedural/procedural.h"
+#include "tests/support/animation_positions.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {
@@ -28,12 +30,6 @@ std::vector<vec3> partly_moved(const std::vector<vec3>& positions, double probab
         if (random.real(0, 1) < probability && is_finite_vertex(p)) p = snap_point(0.75f * p);
     }
     return result;
-}
-
-std::uint64_t hash_of(Backend& backend, const Bvh& built) {
-    Bvh bvh = built;
-    backend.read_tree(bvh);
-    return bvh_hash(bvh);
 }
 
 TEST(MovedParts, RefittedAloneGiveTheBytesOfAFullRefit) {
@@ -85,11 +81,9 @@ TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
     const std::unique_ptr<Animation> animation = make_procedural("herd", 20000);
     const SceneSpace space(WorldBounds{{-12, -12, -12}, {12, 12, 12}});
     const auto pose_at = [&](double frame) {
-        std::vector<vec3> world(animation->topology().vertex_count);
-        std::vector<vec3> scene(world.size());
-        animation->positions(frame, world);
-        space.to_scene(world, scene);
-        return scene;
+        std::vector<vec3> at = positions_at(*animation, frame);
+        space.to_scene(at, at);
+        return at;
     };
     const Bvh built = build_bvh(animation->topology(), pose_at(0));
     Pose pose(pose_at(0));
@@ -98,13 +92,13 @@ TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
     for (Backend* backend : {partly.get(), fully.get()})
         backend->set_scene(animation->topology(), pose, built);
     EXPECT_EQ(partly->refit(), 0u);
-    EXPECT_EQ(hash_of(*partly, built), bvh_hash(built));
+    EXPECT_EQ(tree_hash(*partly), bvh_hash(built));
     for (const double frame : {1.0, 2.0, 2.0, 7.5, 0.0}) {
         pose.move_to(pose_at(frame));
         // At least half of the triangles are ground, which never moves.
         EXPECT_LT(partly->refit(), built.leaves.size() * 6 / 10) << frame;
         EXPECT_EQ(fully->refit(RefitExtent::kAll), built.leaves.size());
-        EXPECT_EQ(hash_of(*partly, built), hash_of(*fully, built)) << frame;
+        EXPECT_EQ(tree_hash(*partly), tree_hash(*fully)) << frame;
     }
 }
 
@@ -124,7 +118,7 @@ TEST(CpuBackend, PartsAreThoseOfTheNewTreeAfterAnotherFrame) {
     EXPECT_LT(moving.refit(positions), rebuilt.leaves.size() / 4);
     Bvh expected = rebuilt;
     cpu::refit(expected, positions);
-    EXPECT_EQ(hash_of(*backend, rebuilt), bvh_hash(expected));
+    EXPECT_EQ(tree_hash(*backend), bvh_hash(expected));
 }
 
 }  // namespace

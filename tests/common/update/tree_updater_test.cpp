@@ -52,13 +52,10 @@ TEST(TreeCost, OfPoseOutOfOrderIsManyTimesThatOfTheBuild) {
     EXPECT_NEAR(cost_ratio(built, {tree_cost(rebuilt.nodes), area}), 1, 0.05);
 }
 
-TEST(CostRatio, DoesNotChangeWithTheSizeOfTheScene) {
+TEST(CostRatio, DoesNotChangeWithTheSizeOfTheSceneAndIsInfiniteOnceAPointUnfolds) {
     EXPECT_DOUBLE_EQ(cost_ratio({10, 2}, {40, 8}), 1);
     EXPECT_DOUBLE_EQ(cost_ratio({10, 2}, {40, 2}), 4);
     EXPECT_DOUBLE_EQ(cost_ratio({10, 2}, {2.5, 0.5}), 1);
-}
-
-TEST(CostRatio, OfATreeBuiltInAPointIsInfiniteOnceItUnfolds) {
     EXPECT_EQ(cost_ratio({0, 0}, {0, 0}), 1);
     EXPECT_TRUE(std::isinf(cost_ratio({0, 0}, {1, 1})));
     EXPECT_EQ(cost_ratio({5, 1}, {0, 0}), 0);
@@ -79,9 +76,7 @@ TEST(OverheadVisits, AreTheGrowthBeyondThatOfTheTrianglesOverTheRoot) {
     EXPECT_DOUBLE_EQ(overhead_visits({10, 2, 5}, {40, 2, 5}), 6);
     EXPECT_DOUBLE_EQ(overhead_visits({10, 2, 5}, {40, 4, 10}), 2);
     EXPECT_EQ(overhead_visits({40, 2, 5}, {10, 2, 5}), 0);
-}
-
-TEST(OverheadVisits, AreFiniteForTreesThatWereBuiltInAPointOrAreFlat) {
+    // Trees that were built in a point or are flat.
     EXPECT_DOUBLE_EQ(overhead_visits({0, 0, 0}, {40, 2, 5}), 8);
     EXPECT_EQ(overhead_visits({10, 2, 5}, {0, 0, 0}), 0);
     EXPECT_EQ(overhead_visits({0, 0, 0}, {0, 0, 0}), 0);
@@ -89,19 +84,27 @@ TEST(OverheadVisits, AreFiniteForTreesThatWereBuiltInAPointOrAreFlat) {
 
 using Clock = std::chrono::steady_clock;
 
-/// Decides by a script, one decision a frame.
+/// Decides by scripts, one plan a frame and one decision a review, then refits. Keeps the costs
+/// that it is told.
 class Scripted final : public UpdatePolicy {
 public:
-    explicit Scripted(std::vector<UpdateDecision> script) : script_(std::move(script)) {}
-    UpdateDecision plan() override { return {UpdateStep::kRefit, "scripted"}; }
+    Scripted(std::vector<UpdateDecision> reviews, std::vector<UpdateStep> plans,
+             std::vector<FrameCost>& costs)
+        : reviews_(std::move(reviews)), plans_(std::move(plans)), costs_(costs) {}
+    UpdateDecision plan() override {
+        return {planned_ < plans_.size() ? plans_[planned_++] : UpdateStep::kRefit, "scripted"};
+    }
     UpdateDecision review(const RefittedTree&) override {
-        return next_ < script_.size() ? script_[next_++] : UpdateDecision{};
+        return reviewed_ < reviews_.size() ? reviews_[reviewed_++] : UpdateDecision{};
     }
     bool needs_tree_cost() const override { return true; }
+    void frame_done(const FrameCost& cost) override { costs_.push_back(cost); }
 
 private:
-    std::vector<UpdateDecision> script_;
-    std::size_t next_ = 0;
+    std::vector<UpdateDecision> reviews_;
+    std::vector<UpdateStep> plans_;
+    std::vector<FrameCost>& costs_;
+    std::size_t planned_ = 0, reviewed_ = 0;
 };
 
 std::vector<vec3> turned(const TestScene& scene, int step) {
@@ -117,10 +120,10 @@ std::vector<vec3> turned(const TestScene& scene, int step) {
 }
 
 struct Rig {
-    explicit Rig(std::unique_ptr<UpdatePolicy> policy, const UpdateConfig& config = {})
-        : updater(scene.topology(), pose, *tracer, std::move(policy), {}, config) {}
-    explicit Rig(std::vector<UpdateDecision> script = {}, const UpdateConfig& config = {})
-        : Rig(std::make_unique<Scripted>(std::move(script)), config) {}
+    explicit Rig(const std::vector<UpdateDecision>& reviews = {}, const UpdateConfig& config = {},
+                 const std::vector<UpdateStep>& plans = {})
+        : updater(scene.topology(), pose, *tracer,
+                  std::make_unique<Scripted>(reviews, plans, costs), {}, config) {}
 
     TreeStep update(const std::vector<vec3>& positions) {
         pose.move_to(positions);
@@ -137,6 +140,7 @@ struct Rig {
     TestScene scene = random_soup(3000, 0.1, 8);
     Pose pose = scene.pose();
     std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
+    std::vector<FrameCost> costs;
     TreeUpdater updater;
 };
 
@@ -172,29 +176,16 @@ TEST(TreeUpdater, BackgroundBuildIsTakenWhenItIsReady) {
     EXPECT_FALSE(rig.updater.last().reason.empty());
 }
 
-/// Restructures in the first frame, rebuilds in the second, and keeps the costs that it is told.
-class KeepsCosts final : public UpdatePolicy {
-public:
-    explicit KeepsCosts(std::vector<FrameCost>& costs) : costs_(costs) {}
-    UpdateDecision plan() override {
-        return {costs_.size() == 1 ? UpdateStep::kRebuild : UpdateStep::kRefit, "scripted"};
-    }
-    UpdateDecision review(const RefittedTree& tree) override {
-        return {
-            costs_.empty() && !tree.restructured ? UpdateStep::kRestructure : UpdateStep::kRefit,
-            "scripted"};
-    }
-    bool needs_tree_cost() const override { return true; }
-    void frame_done(const FrameCost& cost) override { costs_.push_back(cost); }
-
-private:
-    std::vector<FrameCost>& costs_;
-};
+/// Restructures in the first frame and rebuilds in the second.
+Rig restructuring_rig(const UpdateConfig& config) {
+    return Rig({{UpdateStep::kRestructure, "scripted"}}, config,
+               {UpdateStep::kRefit, UpdateStep::kRebuild});
+}
 
 // lab/notes/updates.md has the times of the stages.
 TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
-    std::vector<FrameCost> costs;
-    Rig rig(std::make_unique<KeepsCosts>(costs), {.deterministic = true});
+    Rig rig = restructuring_rig({.deterministic = true});
+    const std::vector<FrameCost>& costs = rig.costs;
     for (int step = 1; step <= 2; ++step) rig.update(turned(rig.scene, step));
     ASSERT_EQ(costs.size(), 2u);
     EXPECT_GT(costs[0].refit, 0);
@@ -205,20 +196,18 @@ TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
 }
 
 TEST(TreeUpdater, FirstFrameDoesNotReportTheFirstBuildAgain) {
-    std::vector<FrameCost> costs;
-    Rig rig(std::make_unique<KeepsCosts>(costs), {.deterministic = true});
+    Rig rig({}, {.deterministic = true});
     rig.updater.frame_done({.ms = 1, .rays = 1000});
-    ASSERT_EQ(costs.size(), 1u);
-    EXPECT_EQ(costs[0].rebuild, 0);
+    ASSERT_EQ(rig.costs.size(), 1u);
+    EXPECT_EQ(rig.costs[0].rebuild, 0);
 }
 
 TEST(TreeUpdater, TellsThePolicyEachMillisecondOfAnUpdateOnce) {
-    std::vector<FrameCost> costs;
-    Rig rig(std::make_unique<KeepsCosts>(costs));
+    Rig rig = restructuring_rig({});
     for (int frame = 0; frame < 3; ++frame) {
         rig.update(turned(rig.scene, 1 + frame));
         const UpdateTimes& times = rig.updater.last().times;
-        const FrameCost& cost = costs.back();
+        const FrameCost& cost = rig.costs.back();
         const double told = cost.refit + cost.restructure + cost.rebuild;
         const double taken = times.refit_ms + times.decide_ms + times.upload_ms +
                              times.restructure_ms + times.rebuild_ms;
@@ -230,23 +219,10 @@ TEST(TreeUpdater, TellsThePolicyEachMillisecondOfAnUpdateOnce) {
     }
 }
 
-/// Starts a build in the background at the first frame, and rebuilds at the second before the
-/// updater looks whether the other build is ready.
-class RebuildsMeanwhile final : public UpdatePolicy {
-public:
-    UpdateDecision plan() override {
-        return {++frame_ == 2 ? UpdateStep::kRebuild : UpdateStep::kRefit, "scripted"};
-    }
-    UpdateDecision review(const RefittedTree&) override {
-        return {frame_ == 1 ? UpdateStep::kRebuildInBackground : UpdateStep::kRefit, "scripted", 1};
-    }
-
-private:
-    int frame_ = 0;
-};
-
 TEST(TreeUpdater, BackgroundBuildThatIsOlderThanTheTreeIsDropped) {
-    Rig rig(std::make_unique<RebuildsMeanwhile>());
+    // The rebuild comes before the updater looks whether the other build is ready.
+    Rig rig({{UpdateStep::kRebuildInBackground, "", 1}}, {},
+            {UpdateStep::kRefit, UpdateStep::kRebuild});
     EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kRefitted);
     EXPECT_EQ(rig.update(turned(rig.scene, 2)), TreeStep::kRebuilt);
     ASSERT_TRUE(rig.updater.last().build_pending);
@@ -277,7 +253,8 @@ TEST(TreeUpdater, CostRatioOfACopiedTreeIsThatSinceItsBuild) {
     const auto tracer = cpu::make_cpu_backend();
     const Bvh tree = tree_of(*rig.tracer);
     TreeUpdater copied(rig.scene.topology(), rig.pose, *tracer,
-                       std::make_unique<Scripted>(std::vector<UpdateDecision>{}), {}, {}, &tree);
+                       std::unique_ptr<UpdatePolicy>(new Scripted({}, {}, rig.costs)), {}, {},
+                       &tree);
     rig.update(turned(rig.scene, 3));
     copied.update();
     EXPECT_GT(copied.last().cost_ratio, 1.2);

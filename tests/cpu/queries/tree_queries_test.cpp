@@ -15,6 +15,7 @@
 #include "common/bvh/exact_closest.h"
 #include "common/interop/arithmetic.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "tests/support/places.h"
 #include "tests/support/query_answers.h"
 #include "tests/support/test_scene.h"
 
@@ -23,21 +24,14 @@ namespace {
 
 constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
 
-/// Groups of 16 points within some ulp, or within parts of the scene, of mixed points.
+/// Groups of 16 points at and around special ones.
 std::vector<vec3> grouped_points(const TestScene& scene, std::size_t groups) {
     Random random(11);
+    const Surroundings around(scene.world_positions(), scene.topology().triangles);
     std::vector<vec3> points;
-    for (const vec3& centre : mixed_points(scene, groups, 7)) {
-        const double size = std::ldexp(1.0, -static_cast<int>(random.below(40)));
-        for (int i = 0; i < 16; ++i) {
-            vec3 p;
-            for (int axis = 0; axis < 3; ++axis) {
-                const double extent = std::abs(static_cast<double>(centre[axis])) + 1;
-                p[axis] = static_cast<float>(static_cast<double>(centre[axis]) +
-                                             extent * size * random.real(-1, 1));
-            }
-            points.push_back(p);
-        }
+    for (const vec3& p : point_groups(random, around, groups, 16)) {
+        const vec3 point = scene.space().to_scene(p);
+        points.push_back(largest_component(point) <= kSceneExtent ? point : vec3(0));
     }
     return points;
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <span>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "common/interop/slab.h"
 #include "common/simd/simd_target.h"
 #include "tests/cpu/single_ray/single_ray_answers.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -120,8 +120,6 @@ ClosestHits closest_in_leaf(const RayStream& stream, std::size_t count, std::uin
     return closest;
 }
 
-bool same_hit(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
-
 /// Pairs of ray and slot that intersect_leaf answers otherwise than the scalar rule, certain
 /// occluders whose depth is not far enough within the ray's range, hits certainly beyond it, and
 /// rays that any of the other tests of leaves answers otherwise.
@@ -179,8 +177,8 @@ LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t
         counts.differences += (by_leaf >> i & 1) != (is_asked && any);
         counts.differences += occluded_by_leaf(stream, i, leaf) != any;
         const Hit expected = is_asked ? closest : no_hit();
-        counts.differences += !same_hit(alone.hit(i), expected);
-        counts.differences += !same_hit(together.hit(i), expected);
+        counts.differences += !test::same_bits(alone.hit(i), expected);
+        counts.differences += !test::same_bits(together.hit(i), expected);
     }
     return counts;
 }

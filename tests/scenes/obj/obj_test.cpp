@@ -267,16 +267,12 @@ Material material_of(const std::string& statement) {
     return read_mtl("newmtl a\n" + statement + "\nnewmtl b\nKd 1 1 1\n").at("a");
 }
 
-TEST(MtlReader, ReadsLinearColoursOfEightBits) {
+TEST(MtlReader, ReadsLinearColoursOfEightBitsOrGreys) {
     const auto materials = read_mtl("newmtl a\nKa 1 1 1\nKd 0 0.5 1\nmap_Kd x.png\n");
     ASSERT_EQ(materials.size(), 1u);
     EXPECT_EQ(materials.at("a").albedo, 0xFF8000u);
-}
-TEST(MtlReader, MaterialWithoutColourIsTheDefault) {
     EXPECT_FALSE(read_mtl("Kd 1 0 0\nnewmtl a\nNs 5\n").at("a").albedo);
     EXPECT_EQ(material_of("Kd 0 0 0").albedo, 0u);
-}
-TEST(MtlReader, OneNumberIsGrey) {
     EXPECT_EQ(material_of("Kd 1").albedo, 0xFFFFFFu);
     EXPECT_EQ(material_of("Kd 0.5 # half").albedo, 0x808080u);
     EXPECT_EQ(warning_of("newmtl a\nKd 1\n"), "");
@@ -295,17 +291,16 @@ TEST(MtlReader, TheFirstMaterialOfANameStays) {
     const auto materials = read_mtl("newmtl a\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n");
     EXPECT_EQ(materials.at("a").albedo, 0x0000FFu);
 }
-TEST(MtlReader, TexturesKeepTheirFileAndLibrary) {
-    const Material a = material_of("map_Kd -clamp on x y.png");
-    EXPECT_EQ(a.map, "x y.png");
-    EXPECT_EQ(a.library, "a.mtl");
-    EXPECT_FALSE(a.albedo);
-    EXPECT_EQ(material_of("map_Kd").map, "");
-}
 TEST(MtlReader, NamesOfTexturesMayHaveBlanksQuotesAndBackslashes) {
-    EXPECT_EQ(material_of("map_Kd   a b.png\t").map, "a b.png");
-    EXPECT_EQ(material_of("map_Kd \"a b.png\"").map, "a b.png");
-    EXPECT_EQ(material_of("map_Kd C:\\x\\a.png").map, "C:/x/a.png");
+    for (const auto& [statement, map] : {std::pair("map_Kd -clamp on x y.png", "x y.png"),
+                                         {"map_Kd", ""},
+                                         {"map_Kd   a b.png\t", "a b.png"},
+                                         {"map_Kd \"a b.png\"", "a b.png"},
+                                         {"map_Kd C:\\x\\a.png", "C:/x/a.png"}}) {
+        EXPECT_EQ(material_of(statement).map, map);
+        EXPECT_FALSE(material_of(statement).albedo);
+    }
+    EXPECT_EQ(material_of("map_Kd a.png").library, "a.mtl");
 }
 TEST(MtlReader, ScalesOffsetsAndClampsOfTexturesAreReadAndOtherOptionsPassed) {
     const Material a = material_of("map_Kd -s 2 3 1 -mm 0 1 -o 0.5 0 0 -clamp on a b.png");
