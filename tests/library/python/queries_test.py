@@ -173,15 +173,8 @@ def test_numbers_of_all_kinds_are_taken():
     assert_same_bits(scene.intersect(DOWN[0]), hits[0])
     assert scene.occluded(DOWN[0].tolist()).shape == ()
     assert scene.closest_points([0.2, 0.2, 1])["distance"] == 1
-    doubles = points.astype(np.float64)
-    for mesh in (doubles, points.tolist(), FromDlpack(points)):
+    for mesh in (points.astype(np.float64), points.tolist(), FromDlpack(points)):
         assert_same_bits(morphray.Scene(mesh, triangles.tolist()).intersect(DOWN), hits)
-    moving = morphray.Scene(doubles, triangles)
-    doubles[:, 2] += 0.5
-    points[:, 2] += 0.5
-    moving.update()
-    scene.update()
-    assert_same_bits(moving.intersect(DOWN), scene.intersect(DOWN))
 
 
 def test_rays_see_some_triangles():
@@ -200,9 +193,6 @@ def test_rays_see_some_triangles():
     assert (scene.count(DOWN, excluded=near)[seen] == 1).all()
     assert (scene.intersect_all(DOWN, excluded=near).hits["geom_id"] == 1).all()
     assert not scene.occluded(DOWN, visible=np.zeros(2, bool)).any()
-    for size in (0, 1, 3):
-        with pytest.raises(morphray.Error, match=f"visible: {size} flags, but 2 geom_ids"):
-            scene.occluded(DOWN, visible=np.ones(size, bool))
     assert morphray.Scene([]).occluded(DOWN, visible=np.ones(0, bool)).shape == DOWN.shape[:-1]
 
 
@@ -272,6 +262,3 @@ def test_crossings_are_pairs_of_triangles():
     limited = scene.crossings(limit=0, visible=[True, True])
     assert limited.left_out == 1 and limited.pairs.shape == (0, 2, 2)
     assert scene.crossings([], count=True) == 0
-    for wrong in ({"geom_ids": [7]}, {"visible": [True]}):
-        with pytest.raises(morphray.Error):
-            scene.crossings(**wrong)
