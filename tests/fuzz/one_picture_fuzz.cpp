@@ -37,13 +37,6 @@ struct Variants {
     std::vector<std::vector<Variant>> groups;
 };
 
-std::vector<std::string> simd_names() {
-    std::vector<std::string> names;
-    for (const SimdTarget& target : supported_simd_targets()) names.emplace_back(target.name);
-    names.emplace_back(kSimdOff);
-    return names;
-}
-
 /// Every instruction set of this machine and the scalar tracer (`off`), on 1 and on 2 threads, over
 /// each kind of tree.
 Variants cpu_variants() {
@@ -51,14 +44,14 @@ Variants cpu_variants() {
     variants.groups.resize(2);
     const auto add = [&](const std::string& simd, int threads, TreeKind tree, std::size_t group) {
         variants.backends.push_back(cpu::make_cpu_backend({.threads = threads, .simd = simd}));
-        Variant variant;
-        variant.backend = variants.backends.back().get();
-        variant.tracer = fmt::format("cpu {}, {}", simd, threads == 1 ? "1 thread" : "2 threads");
-        variant.tree = tree;
-        variants.groups[group].push_back(variant);
+        variants.groups[group].push_back(
+            {variants.backends.back().get(),
+             fmt::format("cpu {}, {}", simd, threads == 1 ? "1 thread" : "2 threads"), tree});
     };
+    std::vector<std::string> names = {std::string(kSimdOff)};
+    for (const SimdTarget& target : supported_simd_targets()) names.emplace_back(target.name);
     int turn = 0;
-    for (const std::string& simd : simd_names()) {
+    for (const std::string& simd : names) {
         for (const std::size_t group : {0, 1}) {
             const int threads = group == 0 ? 1 : 2;
             add(simd, threads, TreeKind::kRefitted, group);

@@ -133,17 +133,10 @@ public:
 
 private:
     void attach(unsigned int id, Mesh& mesh) {
-        mesh.geometry = rtcNewGeometry(
-            device_.handle, mesh.is_quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
-        mesh.buffer = static_cast<Point*>(
-            rtcSetNewGeometryBuffer(mesh.geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                    sizeof(Point), mesh.vertices.size()));
-        std::copy(mesh.vertices.begin(), mesh.vertices.end(), mesh.buffer);
-        void* const indices =
-            rtcSetNewGeometryBuffer(mesh.geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                    mesh.is_quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3,
-                                    4 * mesh.corners(), mesh.indices.size() / mesh.corners());
-        std::memcpy(indices, mesh.indices.data(), 4 * mesh.indices.size());
+        mesh.geometry = device_.mesh(mesh.corners(), mesh.vertices, mesh.indices.data(),
+                                     mesh.indices.size() / mesh.corners());
+        mesh.buffer =
+            static_cast<Point*>(rtcGetGeometryBufferData(mesh.geometry, RTC_BUFFER_TYPE_VERTEX, 0));
         rtcCommitGeometry(mesh.geometry);
         rtcAttachGeometryByID(scene_, mesh.geometry, id);
         rtcReleaseGeometry(mesh.geometry);

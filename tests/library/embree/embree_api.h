@@ -154,11 +154,26 @@ public:
     /// The caller attaches the geometry and releases it. Vertices and indices are copied.
     RTCGeometry triangles(const std::vector<Point>& vertices,
                           const std::vector<std::array<unsigned int, 3>>& indices) const {
-        return mesh(RTC_GEOMETRY_TYPE_TRIANGLE, RTC_FORMAT_UINT3, vertices, indices);
+        return mesh(3, vertices, indices.data()->data(), indices.size());
     }
     RTCGeometry quads(const std::vector<Point>& vertices,
                       const std::vector<std::array<unsigned int, 4>>& indices) const {
-        return mesh(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, vertices, indices);
+        return mesh(4, vertices, indices.data()->data(), indices.size());
+    }
+    /// Triangles or quads.
+    RTCGeometry mesh(std::size_t corners, const std::vector<Point>& vertices,
+                     const unsigned int* indices, std::size_t count) const {
+        const bool is_quads = corners == 4;
+        RTCGeometry made =
+            rtcNewGeometry(handle, is_quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+        void* to = rtcSetNewGeometryBuffer(made, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                           sizeof(Point), vertices.size());
+        std::memcpy(to, vertices.data(), vertices.size() * sizeof(Point));
+        to = rtcSetNewGeometryBuffer(made, RTC_BUFFER_TYPE_INDEX, 0,
+                                     is_quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, 4 * corners,
+                                     count);
+        std::memcpy(to, indices, 4 * corners * count);
+        return made;
     }
     /// A triangle with corners (0, 0), (1, 0), (0, 1) at this height.
     RTCGeometry triangle(float z = 0) const {
@@ -187,19 +202,6 @@ public:
 
 private:
     mutable std::vector<RTCScene> scenes_;
-
-    template <class Index>
-    RTCGeometry mesh(RTCGeometryType type, RTCFormat format, const std::vector<Point>& vertices,
-                     const std::vector<Index>& indices) const {
-        RTCGeometry made = rtcNewGeometry(handle, type);
-        void* to = rtcSetNewGeometryBuffer(made, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                           sizeof(Point), vertices.size());
-        std::memcpy(to, vertices.data(), vertices.size() * sizeof(Point));
-        to = rtcSetNewGeometryBuffer(made, RTC_BUFFER_TYPE_INDEX, 0, format, sizeof(Index),
-                                     indices.size());
-        std::memcpy(to, indices.data(), indices.size() * sizeof(Index));
-        return made;
-    }
 };
 
 /// A scene of a triangle far below and of `child` as an instance whose transformation has this

@@ -111,39 +111,25 @@ def cancelled(work):
     assert caught.value.code == "cancelled"
 
 
-def test_cancel_ends_images_in_any_thread():
-    scene = morphray.Scene(*grid(100))
-    options = {"rays": "ao", "ao_count": 256}
-    expected = scene.render((32, 32), **options).image_hash
-    cancel = morphray.Cancel()
-    assert not cancel.is_set()
-    assert scene.render((32, 32), cancel=cancel, **options).image_hash == expected
-    cancel.set()
-    assert cancel.is_set()
-    cancelled(lambda: scene.render((32, 32), cancel=cancel, **options))
-    # Calls that have another one, or none, go on.
-    for other in (morphray.Cancel(), None):
-        assert scene.render((32, 32), cancel=other, **options).image_hash == expected
-    cancel.clear()
-    assert not cancel.is_set()
-    timer = threading.Timer(0.2, cancel.set)
-    timer.start()
-    cancelled(lambda: scene.render((4096, 4096), cancel=cancel, **options))
-    timer.join()
-
-
-@pytest.mark.parametrize("name", ["intersect_all", "closest_points"])
-def test_cancel_ends_queries_in_any_thread(name):
-    """Brute force would take minutes."""
+def test_cancel_ends_calls_in_any_thread():
+    """Each would take minutes."""
     points, triangles = grid(100)
     slow = morphray.Scene(points, triangles, device=morphray.Device.brute_force(threads=1))
     rays = random_rays(points, 100_000)
-    asked = rays if name == "intersect_all" else rays[:, :3].copy() * 0.3
-    query = getattr(slow, name)
-    cancel = morphray.Cancel()
-    timer = threading.Timer(0.2, cancel.set)
-    timer.start()
-    cancelled(lambda: query(asked, cancel=cancel))
-    timer.join()
-    cancelled(lambda: query(asked[:0], cancel=cancel))
-    assert slow.count(rays[:10], cancel=morphray.Cancel()).shape == (10,)
+    for call in [
+        lambda cancel: slow.render((4096, 4096), rays="ao", ao_count=256, cancel=cancel),
+        lambda cancel: slow.intersect_all(rays, cancel=cancel),
+        lambda cancel: slow.closest_points(rays[:, :3] * 0.3, cancel=cancel),
+    ]:
+        cancel = morphray.Cancel()
+        assert not cancel.is_set()
+        timer = threading.Timer(0.2, cancel.set)
+        timer.start()
+        cancelled(lambda: call(cancel))
+        timer.join()
+        assert cancel.is_set()
+        cancelled(lambda: slow.count(rays[:0], cancel=cancel))
+        cancel.clear()
+        # Calls whose flag is clear, or that have none, go on.
+        for other in (cancel, morphray.Cancel(), None):
+            assert slow.count(rays[:10], cancel=other).shape == (10,)
