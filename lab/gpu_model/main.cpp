@@ -110,10 +110,9 @@ void print_row(const Card& card, const KernelForm& form, const BenchScene& scene
 
 BenchScene open(const std::string& spec, std::uint32_t side, double distance) {
     if (side % kTileSize != 0) throw std::invalid_argument("--size: not a multiple of 64");
-    ViewSpec view;
-    view.width = view.height = distance == 0 ? side : kTileSize;
-    BenchScene scene = open_bench_scene(spec, view);
+    BenchScene scene = open_bench_scene(spec, distance == 0 ? side : kTileSize);
     if (distance == 0) return scene;
+    ViewSpec view;
     view.width = 1920;
     view.height = 1088;
     const WorldBounds bounds = scene.animation->bounds();
