@@ -114,7 +114,7 @@ std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
     return positions;
 }
 
-BenchScene open_bench_scene(const std::string& spec, std::uint32_t size) {
+BenchScene open_bench_scene(const std::string& spec, std::uint32_t size, double distance) {
     BenchScene scene;
     scene.name = spec;
     AnimationOptions lenient;
@@ -139,7 +139,14 @@ BenchScene open_bench_scene(const std::string& spec, std::uint32_t size) {
     scene.bvh = build_bvh(animation.topology(), scene.positions);
     ViewSpec view;
     view.width = view.height = size;
-    if (const std::optional<InsideView> inside = animation.inside_view()) {
+    if (distance > 0) {
+        view.width = 1920;
+        view.height = 1088;
+        const ResolvedView whole = resolve_view(view, animation.bounds());
+        const glm::dvec3 target = to_dvec3(whole.target);
+        view.target = whole.target;
+        view.eye = to_point(target + distance * (to_dvec3(whole.eye) - target));
+    } else if (const std::optional<InsideView> inside = animation.inside_view()) {
         view.eye = inside->eye;
         view.target = inside->target;
         view.light = inside->light;

@@ -251,24 +251,6 @@ morphray::Scene user_scene(const Rig& rig) {
         {.bounds = kBounds, .update = morphray::Refit{}});
 }
 
-/// The view of an image's parameters.
-morphray::View pinhole_view(const ImageParams& params) {
-    const Camera& camera = params.camera;
-    const double fx = 1 / glm::length(dvec3(camera.du));
-    const double fy = 1 / glm::length(dvec3(camera.dv));
-    const dvec3 right = fx * dvec3(camera.du);
-    const dvec3 down = fy * dvec3(camera.dv);
-    const dvec3 columns[] = {right, down, glm::cross(right, down), dvec3(camera.org)};
-    morphray::Pinhole pinhole{{},
-                              fx,
-                              fy,
-                              -fx * glm::dot(dvec3(camera.corner), right),
-                              -fy * glm::dot(dvec3(camera.corner), down)};
-    for (int row = 0; row < 3; ++row)
-        for (int k = 0; k < 4; ++k) pinhole.to_world[row][k] = columns[k][row];
-    return {.pinhole = pinhole, .width = params.width, .height = params.height};
-}
-
 /// By every suitable tracer, against each group of Embree's ways: the fastest of a trial.
 void bench_trace(const Rig& rig, std::span<const EmbreeVariant> embree, const RaySet& set) {
     const std::vector<TileRange> parts = set.ranges(
@@ -409,34 +391,6 @@ void bench_frame(const Rig& rig) {
     rig.compare({"frame", kMs}, methods, played.poses.size());
 }
 
-/// Renders the image as 256 views in one call of the public interface, against the same call with
-/// the whole image for one view, and against an image with hits and colours.
-void bench_views(const Rig& rig) {
-    constexpr std::uint32_t kSide = 16;
-    const morphray::Scene ours = user_scene(rig);
-    const morphray::View whole = pinhole_view(rig.scene.params);
-    std::vector<morphray::View> views(kSide * kSide, whole);
-    for (std::uint32_t i = 0; i < views.size(); ++i) {
-        morphray::View& view = views[i];
-        view.width /= kSide;
-        view.height /= kSide;
-        view.pinhole->cx -= i % kSide * view.width;
-        view.pinhole->cy -= i / kSide * view.height;
-    }
-    std::vector<float> depths(rig.pixels());
-    std::vector<std::uint32_t> prim_ids(rig.pixels());
-    morphray::ImageStack stack{.depth = depths, .prim_id = prim_ids};
-    morphray::Image image;
-    const auto render = [&](std::span<const morphray::View> some) {
-        return timing([&ours, &stack, some] { ours.render(some, stack); });
-    };
-    const std::vector<Method> methods = {
-        {"256 views", {}, render(views)},
-        {"one view", {}, render({&whole, 1}), "view"},
-        {"image", {}, timing([&] { ours.render(whole, image); }), "image"}};
-    rig.compare({"views", kMrayPerSecond, rig.pixels()}, methods);
-}
-
 /// Queries by the public interface the closest points, against Embree's point queries, and counts
 /// of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig) {
@@ -518,7 +472,6 @@ void run_works(const Rig& rig, std::span<const RaySet> traced, const BenchOption
         for (const RaySet& set : traced) bench_trace(rig, embree, set);
     }
     constexpr std::pair<const char*, void (*)(const Rig&)> kWorks[] = {{"queries", bench_queries},
-                                                                       {"views", bench_views},
                                                                        {"frame", bench_frame},
                                                                        {"refit", bench_refit},
                                                                        {"build", bench_build}};

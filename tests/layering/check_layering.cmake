@@ -22,8 +22,8 @@ set(may_see_library/examples library/include)
 set(may_see_scenes common common/interop)
 set(may_see_lab/methods report cpu gpu shaders common common/interop)
 set(may_see_lab/accuracy lab/methods report scenes cpu gpu common common/interop)
-set(may_see_lab/bench lab/methods library/include report scenes cpu gpu shaders common common/interop)
-set(may_see_lab/gpu_model lab/bench lab/methods common common/interop)
+set(may_see_lab/bench lab/gpu_model lab/methods library/include report scenes cpu gpu shaders common common/interop)
+set(may_see_lab/gpu_model lab/methods cpu common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
 set(may_see_app library/include library/src report scenes common common/interop)
 set(may_see_tests library/include library/src report scenes cpu gpu common common/interop)
@@ -72,7 +72,7 @@ set(places
     # One source that reads JSON, one header for writing it, and what scripts are given.
     "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|report/plot\\.cpp$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "^CLI/"                     "^(app/cli/|lab/(bench|gpu_model)/main\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
+    "^CLI/"                     "^(app/cli/|lab/bench/main\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)
