@@ -252,7 +252,7 @@ morphray::Scene user_scene(const Rig& rig) {
 }
 
 /// By every suitable tracer, against each group of Embree's ways: the fastest of a trial.
-void bench_trace(const Rig& rig, std::span<const EmbreeVariant> embree, const RaySet& set) {
+void bench_trace(const Rig& rig, std::span<const EmbreeScene> embree, const RaySet& set) {
     const std::vector<TileRange> parts = set.ranges(
         set.tiles.size() / (kTilesOfPart * static_cast<std::size_t>(rig.arena.threads())));
     PeerTree paper_tree;
@@ -297,11 +297,10 @@ void bench_refit(const Rig& rig) {
                                       bvh.leaves.size() * sizeof(Leaf));
     std::vector<std::byte> to(from.size());
     const auto copy = [&] {
-        constexpr std::size_t kChunk = 64 * 1024;
-        tbb::parallel_for(std::size_t{0}, (from.size() + kChunk - 1) / kChunk, [&](std::size_t i) {
-            const std::size_t begin = i * kChunk;
-            std::memcpy(&to[begin], &from[begin], std::min(kChunk, from.size() - begin));
-        });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, from.size(), 64 * 1024),
+                          [&](const auto& range) {
+                              std::memcpy(&to[range.begin()], &from[range.begin()], range.size());
+                          });
     };
 
     // Positions are copied and threads woken outside the timing, as moving vertices would do.
@@ -409,10 +408,10 @@ void bench_queries(const Rig& rig) {
                 for (std::size_t i = 0; i < rig.pixels(); ++i) count += differs(peer, i);
                 return count;
             };
-            methods.push_back({way + peer.name,
+            methods.push_back({way + peer.scene.name(),
                                {},
                                timing(rig.arena, [&] { run_peer(peer); }),
-                               peer.group,
+                               peer.scene.robust ? "robust" : "fast",
                                differences});
         }
         rig.compare({work, kNs, rig.pixels()}, methods);
@@ -467,7 +466,7 @@ void bench_queries(const Rig& rig) {
 
 void run_works(const Rig& rig, std::span<const RaySet> traced, const BenchOptions& options) {
     if (!traced.empty()) {
-        const std::vector<EmbreeVariant> embree =
+        const std::vector<EmbreeScene> embree =
             embree_variants(rig.devices, rig.topology(), rig.scene.positions);
         for (const RaySet& set : traced) bench_trace(rig, embree, set);
     }

@@ -20,18 +20,19 @@ std::vector<WarpLoad> load_warps(const Card& card, const Kernel& kernel,
     const double beyond_l1 = card.l2_latency + dram_share * (card.dram_latency - card.l2_latency);
     std::vector<WarpLoad> loads(warps.size());
     const auto add_step = [&](WarpLoad& load, const Step& step, double missed) {
-        const StepCost& cost = kernel.steps[std::size_t(step.kind)];
+        const auto kind = std::size_t(step.kind);
+        const double instructions = kernel.instructions[kind];
         const bool is_begin = step.kind == StepKind::kBegin;
         const double bytes = is_begin ? double(step.active) * kernel.ray_bytes : 0;
         const double l1 = double(step.wavefronts) / card.l1_lines;
-        load.parts +=
-            glm::dvec4(std::max(cost.instructions / card.issued,
-                                (cost.instructions - cost.floats) / card.other),
-                       l1, (32 * missed + bytes) / card.l2_tb_s / bytes_of_cycle,
-                       (32 * missed * dram_share + bytes) / card.dram_tb_s / bytes_of_cycle);
-        load.alone += cost.instructions * kernel.cycles_alone + l1;
+        load.parts += glm::dvec4(
+            std::max(instructions / card.issued, (instructions - kernel.floats[kind]) / card.other),
+            l1, (32 * missed + bytes) / card.l2_tb_s / bytes_of_cycle,
+            (32 * missed * dram_share + bytes) / card.dram_tb_s / bytes_of_cycle);
+        load.alone += instructions * kernel.cycles_alone + l1;
         const double first_load = missed > 0 ? beyond_l1 : card.l1_latency;
-        if (cost.loads > 0) load.alone += first_load + (cost.loads - 1) * card.l1_latency;
+        if (kernel.loads[kind] > 0)
+            load.alone += first_load + (kernel.loads[kind] - 1) * card.l1_latency;
         if (is_begin) load.alone += card.dram_latency;
     };
     // When each sector was loaded into the first cache, which drops the oldest: so many before it.

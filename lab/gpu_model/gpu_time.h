@@ -22,12 +22,6 @@ struct Card {
     double l1_latency, l2_latency, dram_latency;
 };
 
-/// What a step needs: instructions of vectors, those of them that add or multiply floats, and loads
-/// of which each waits for the one before.
-struct StepCost {
-    double instructions = 0, floats = 0, loads = 0;
-};
-
 /// What a kernel needs.
 struct Kernel {
     std::string name;
@@ -36,8 +30,9 @@ struct Kernel {
     double ray_bytes;
     /// From an instruction to the next of a warp that is alone: less where more are independent.
     double cycles_alone;
-    /// By StepKind.
-    std::array<StepCost, kStepKinds> steps;
+    /// Of each StepKind: instructions of vectors, those of them that add or multiply floats, and
+    /// loads of which each waits for the one before.
+    std::array<double, kStepKinds> instructions, floats, loads;
 };
 
 /// Cycles of a warp in each part of a unit (issue, first cache, second cache, memory), and in all
