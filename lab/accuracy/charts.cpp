@@ -12,7 +12,6 @@
 namespace mray::lab {
 namespace {
 
-/// Four digits.
 std::string number(double value) { return fmt::format("{:.4g}", value); }
 
 /// Columns that every chart has.
@@ -32,7 +31,6 @@ Table table_with(std::vector<std::string> header) {
     return Table(std::move(header));
 }
 
-/// Adds the cells of the common columns to those of the row's own.
 void add_row(Table& table, std::vector<std::string> row, const Score& score) {
     const Rate rate = rate_of(score.wrong(), score.rays);
     for (const std::uint64_t count : {score.rays, score.exact, score.wrong()})
@@ -279,7 +277,6 @@ Updated of_2007(const char* method, const ChartScene& first, bool rebuilds) {
             [tree](const ChartRays& rays) { return paper_tracer(*tree, rays.world_space); }};
 }
 
-/// All ways to update a tree over the frames of an animation.
 std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput& input) {
     std::vector<Updated> methods;
     const Effort effort{.chunk_rays = context.effort.chunk_rays, .rounds = 5};
@@ -324,7 +321,6 @@ std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput
     return methods;
 }
 
-/// Speed, time and wrong answers by frame.
 std::vector<plot::Panel> frame_panels() {
     const auto lines = [](RayKind kind, const char* title, plot::Panel own) {
         own.insert({{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}});

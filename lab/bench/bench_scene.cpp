@@ -63,7 +63,6 @@ Window find_full_window(const Camera& camera, const Bvh& bvh) {
     return best;
 }
 
-/// The field of view of views from inside, in degrees.
 constexpr double kInsideFov = 70;
 
 Box box_of_vertices(const BenchScene& scene) {

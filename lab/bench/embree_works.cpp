@@ -120,7 +120,6 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
-// Frames of an animation that are played: every second one, from the first one on.
 constexpr std::size_t kMostFrames = 12;
 constexpr double kFrameStep = 2;
 
@@ -242,7 +241,6 @@ std::span<const morphray::Vec3> to_user(std::span<const vec3> points) {
     return {reinterpret_cast<const morphray::Vec3*>(points.data()), points.size()};
 }
 
-/// The scene behind the public interface.
 morphray::Scene user_scene(const Rig& rig) {
     return morphray::Scene::build(
         {.positions = morphray::packed(to_user(rig.scene.positions)),
@@ -280,7 +278,6 @@ void bench_trace(const Rig& rig, std::span<const EmbreeScene> embree, const RayS
     }
 }
 
-/// Against Embree's refit and a copy of the tree's bytes.
 void bench_refit(const Rig& rig) {
     Bvh bvh = rig.scene.bvh;
     std::vector<vec3> positions = rig.scene.positions;
@@ -331,7 +328,6 @@ void bench_refit(const Rig& rig) {
     rig.compare({"refit", kNs, rig.topology().triangles.size()}, methods);
 }
 
-/// Builds trees, against Embree's Morton, binned and spatial-split builds.
 void bench_build(const Rig& rig) {
     Bvh mine;
     std::deque<std::optional<EmbreeScene>> theirs;

@@ -412,7 +412,6 @@ std::vector<Tracer> embree_peers(std::span<const EmbreeScene> scenes, const RayS
     std::vector<Tracer> all;
     const auto answers = std::make_shared<TraceAnswers>(set);
     const bool is_incoherent = set.kind == RayKind::kDiffuse || set.kind == RayKind::kAo;
-    // `suffix` is that of Embree's functions.
     const auto add = [&]<class Traces>(std::type_identity<Traces>, const char* suffix,
                                        bool one_ray = false) {
         const bool by_tiles =
