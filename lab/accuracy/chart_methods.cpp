@@ -33,7 +33,7 @@ struct Peers {
     PeerTree gpu_tree;
 #ifdef MORPHRAY_EMBREE
     std::vector<EmbreeDevice> devices;
-    std::vector<EmbreeVariant> embree;
+    std::vector<EmbreeScene> embree;
 #endif
 };
 

@@ -45,7 +45,6 @@ RaySet camera_rays(const ChartScene& scene, std::size_t chunk, std::uint32_t sid
 struct RayGrid {
     dvec3 org, right, down, forward;
 
-    /// The direction of a place in pixels.
     vec3 dir(double x, double y) const {
         const double middle = 0.5 * kTileSize - 0.5;
         return canonical_direction(vec3(forward + (x - middle) * right + (y - middle) * down));
@@ -247,7 +246,6 @@ ChartInput sheets(std::string name, double apart) {
     return made;
 }
 
-/// Appends two triangles over the corners of a square.
 void append_square(ChartInput& made, std::initializer_list<vec3> corners) {
     std::uint32_t& count = made.topology.vertex_count;
     append_triangle(made.topology, count, count + 1, count + 2, kDefaultAlbedo);

@@ -12,7 +12,6 @@
 namespace mray::lab {
 namespace {
 
-/// Four digits.
 std::string number(double value) { return fmt::format("{:.4g}", value); }
 
 /// Columns that every chart has.
@@ -32,7 +31,6 @@ Table table_with(std::vector<std::string> header) {
     return Table(std::move(header));
 }
 
-/// Adds the cells of the common columns to those of the row's own.
 void add_row(Table& table, std::vector<std::string> row, const Score& score) {
     const Rate rate = rate_of(score.wrong(), score.rays);
     for (const std::uint64_t count : {score.rays, score.exact, score.wrong()})
@@ -67,9 +65,9 @@ double wrong_per_million(const Score& score) {
 }
 
 /// The speed of rays of a kind, by method, with the variables of a panel of its own.
-plot::Panel speed_panel(RayKind kind, std::string title, plot::Panel own) {
+plot::Panel speed_panel(RayKind kind, const char* title, plot::Panel own) {
     const int threads = tbb::this_task_arena::max_concurrency();
-    own.insert({{"title", std::move(title)},
+    own.insert({{"title", title},
                 {"where", "kind"},
                 {"is", name_of(kind)},
                 {"series", "method"},
@@ -231,21 +229,18 @@ struct Updated {
     std::vector<FrameScore> frames = {};
 
     bool is_unsure() const {
-        const auto disturbed = [](const FrameScore& frame) {
-            return is_disturbed(frame.scores[0].speed());
-        };
-        return 4 * std::ranges::count_if(frames, disturbed) > std::ssize(frames);
+        return 4 * std::ranges::count_if(frames,
+                                         [](const FrameScore& frame) {
+                                             return is_disturbed(frame.scores[0].speed());
+                                         }) >
+               std::ssize(frames);
     }
     /// "3 of 10.5 million".
     std::string wrong() const {
-        std::uint64_t wrong = 0, rays = 0;
-        for (const FrameScore& frame : frames) {
-            for (const Score& score : frame.scores) {
-                wrong += score.wrong();
-                rays += score.rays;
-            }
-        }
-        return fmt::format("{} of {}", wrong, count_text(rays));
+        Score all;
+        for (const FrameScore& frame : frames)
+            for (const Score& score : frame.scores) all += score;
+        return fmt::format("{} of {}", all.wrong(), count_text(all.rays));
     }
 };
 
@@ -282,7 +277,6 @@ Updated of_2007(const char* method, const ChartScene& first, bool rebuilds) {
             [tree](const ChartRays& rays) { return paper_tracer(*tree, rays.world_space); }};
 }
 
-/// All ways to update a tree over the frames of an animation.
 std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput& input) {
     std::vector<Updated> methods;
     const Effort effort{.chunk_rays = context.effort.chunk_rays, .rounds = 5};
@@ -327,23 +321,17 @@ std::vector<Updated> follow_frames(const ChartContext& context, const ChartInput
     return methods;
 }
 
-/// Speed, time and wrong answers by frame.
 std::vector<plot::Panel> frame_panels() {
-    const plot::Panel lines{{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}};
-    std::vector<plot::Panel> panels = {speed_panel(
-        RayKind::kPrimary, "speed of camera rays: higher is better (~: disturbed)", lines)};
-    panels[0]["event"] = "event";
-    const auto add = [&](RayKind kind, const char* title, const char* y, const char* unit) {
-        plot::Panel& panel = panels.emplace_back(speed_panel(kind, title, lines));
-        panel["y"] = y;
-        panel["ylabel"] = unit;
-        panel["lower"] = "";
+    const auto lines = [](RayKind kind, const char* title, plot::Panel own) {
+        own.insert({{"kind", "lines"}, {"x", "frame"}, {"xlabel", "frame"}});
+        return speed_panel(kind, title, std::move(own));
     };
-    add(RayKind::kPrimary, "time of a frame, update and camera rays: lower is better", "frame [ms]",
-        "ms");
-    add(RayKind::kAimed, "wrong answers at vertices and edges: lower is better",
-        "wrong [1/million]", "per million");
-    return panels;
+    return {lines(RayKind::kPrimary, "speed of camera rays: higher is better (~: disturbed)",
+                  {{"event", "event"}}),
+            lines(RayKind::kPrimary, "time of a frame, update and camera rays: lower is better",
+                  {{"y", "frame [ms]"}, {"ylabel", "ms"}, {"lower", ""}}),
+            lines(RayKind::kAimed, "wrong answers at vertices and edges: lower is better",
+                  {{"y", "wrong [1/million]"}, {"ylabel", "per million"}, {"lower", ""}})};
 }
 
 }  // namespace
@@ -476,11 +464,8 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
     std::vector<ChartInput> inputs = failure_scenes();
     inputs.insert(inputs.end(), more.begin(), more.end());
     Table table = table_with({"scene", "method", "family", "time [1/ordinary]"});
-    struct Column {
-        std::string method;
-        std::string family;
-        /// On the scene of this row.
-        Score score = {};
+    /// With the score on the scene of this row.
+    struct Column : ChartPoint {
         /// The time of a ray on the first scene.
         double ordinary = 0;
         /// On how many scenes it is wrong.
@@ -504,7 +489,7 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
             for (const ChartPoint& point : measure(scene, tracers, kind, effort, [] {})) {
                 auto column = std::ranges::find(columns, point.method, &Column::method);
                 if (column == columns.end())
-                    column = columns.insert(column, {point.method, point.family});
+                    column = columns.insert(column, {{point.method, point.family, {}}});
                 column->score += point.score;
             }
         }

@@ -91,9 +91,8 @@ const ExactTriangle::Integers& ExactTriangle::integers() const {
                          a[2] * (b[0] * c[1] - b[1] * c[0]));
     };
     const auto made = std::make_shared<Integers>();
-    for (std::size_t edge = 0; edge < 3; ++edge) {
+    for (std::size_t edge = 0; edge < 3; ++edge)
         made->value[edge] = exact(dir, p[(edge + 1) % 3], p[(edge + 2) % 3]);
-    }
     made->value[kSum] = made->value[0] + made->value[1] + made->value[2];
     made->value[kVolume] = exact(p[0], p[1], p[2]);
     integers_ = made;

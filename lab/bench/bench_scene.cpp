@@ -63,7 +63,6 @@ Window find_full_window(const Camera& camera, const Bvh& bvh) {
     return best;
 }
 
-/// The field of view of views from inside, in degrees.
 constexpr double kInsideFov = 70;
 
 Box box_of_vertices(const BenchScene& scene) {
@@ -114,7 +113,7 @@ std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
     return positions;
 }
 
-BenchScene open_bench_scene(const std::string& spec, std::uint32_t size) {
+BenchScene open_bench_scene(const std::string& spec, std::uint32_t size, double distance) {
     BenchScene scene;
     scene.name = spec;
     AnimationOptions lenient;
@@ -139,7 +138,14 @@ BenchScene open_bench_scene(const std::string& spec, std::uint32_t size) {
     scene.bvh = build_bvh(animation.topology(), scene.positions);
     ViewSpec view;
     view.width = view.height = size;
-    if (const std::optional<InsideView> inside = animation.inside_view()) {
+    if (distance > 0) {
+        view.width = 1920;
+        view.height = 1088;
+        const ResolvedView whole = resolve_view(view, animation.bounds());
+        const glm::dvec3 target = to_dvec3(whole.target);
+        view.target = whole.target;
+        view.eye = to_point(target + distance * (to_dvec3(whole.eye) - target));
+    } else if (const std::optional<InsideView> inside = animation.inside_view()) {
         view.eye = inside->eye;
         view.target = inside->target;
         view.light = inside->light;

@@ -40,8 +40,9 @@ inline constexpr std::uint32_t kMaxZoom = 8;
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 
-/// In a closed scene from inside. The image is a square. Throws what open_scene throws.
-BenchScene open_bench_scene(const std::string& spec, std::uint32_t size);
+/// In a closed scene from inside. The image is a square; or, with a distance, all of the scene from
+/// so many times the default eye's, 1920 x 1088. Throws what open_scene throws.
+BenchScene open_bench_scene(const std::string& spec, std::uint32_t size, double distance = 0);
 
 /// Points in any order in the box of all finite vertices. The same on each call.
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);

@@ -120,7 +120,6 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
-// Frames of an animation that are played: every second one, from the first one on.
 constexpr std::size_t kMostFrames = 12;
 constexpr double kFrameStep = 2;
 
@@ -242,7 +241,6 @@ std::span<const morphray::Vec3> to_user(std::span<const vec3> points) {
     return {reinterpret_cast<const morphray::Vec3*>(points.data()), points.size()};
 }
 
-/// The scene behind the public interface.
 morphray::Scene user_scene(const Rig& rig) {
     return morphray::Scene::build(
         {.positions = morphray::packed(to_user(rig.scene.positions)),
@@ -251,26 +249,8 @@ morphray::Scene user_scene(const Rig& rig) {
         {.bounds = kBounds, .update = morphray::Refit{}});
 }
 
-/// The view of an image's parameters.
-morphray::View pinhole_view(const ImageParams& params) {
-    const Camera& camera = params.camera;
-    const double fx = 1 / glm::length(dvec3(camera.du));
-    const double fy = 1 / glm::length(dvec3(camera.dv));
-    const dvec3 right = fx * dvec3(camera.du);
-    const dvec3 down = fy * dvec3(camera.dv);
-    const dvec3 columns[] = {right, down, glm::cross(right, down), dvec3(camera.org)};
-    morphray::Pinhole pinhole{{},
-                              fx,
-                              fy,
-                              -fx * glm::dot(dvec3(camera.corner), right),
-                              -fy * glm::dot(dvec3(camera.corner), down)};
-    for (int row = 0; row < 3; ++row)
-        for (int k = 0; k < 4; ++k) pinhole.to_world[row][k] = columns[k][row];
-    return {.pinhole = pinhole, .width = params.width, .height = params.height};
-}
-
 /// By every suitable tracer, against each group of Embree's ways: the fastest of a trial.
-void bench_trace(const Rig& rig, std::span<const EmbreeVariant> embree, const RaySet& set) {
+void bench_trace(const Rig& rig, std::span<const EmbreeScene> embree, const RaySet& set) {
     const std::vector<TileRange> parts = set.ranges(
         set.tiles.size() / (kTilesOfPart * static_cast<std::size_t>(rig.arena.threads())));
     PeerTree paper_tree;
@@ -298,7 +278,6 @@ void bench_trace(const Rig& rig, std::span<const EmbreeVariant> embree, const Ra
     }
 }
 
-/// Against Embree's refit and a copy of the tree's bytes.
 void bench_refit(const Rig& rig) {
     Bvh bvh = rig.scene.bvh;
     std::vector<vec3> positions = rig.scene.positions;
@@ -315,11 +294,10 @@ void bench_refit(const Rig& rig) {
                                       bvh.leaves.size() * sizeof(Leaf));
     std::vector<std::byte> to(from.size());
     const auto copy = [&] {
-        constexpr std::size_t kChunk = 64 * 1024;
-        tbb::parallel_for(std::size_t{0}, (from.size() + kChunk - 1) / kChunk, [&](std::size_t i) {
-            const std::size_t begin = i * kChunk;
-            std::memcpy(&to[begin], &from[begin], std::min(kChunk, from.size() - begin));
-        });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, from.size(), 64 * 1024),
+                          [&](const auto& range) {
+                              std::memcpy(&to[range.begin()], &from[range.begin()], range.size());
+                          });
     };
 
     // Positions are copied and threads woken outside the timing, as moving vertices would do.
@@ -350,7 +328,6 @@ void bench_refit(const Rig& rig) {
     rig.compare({"refit", kNs, rig.topology().triangles.size()}, methods);
 }
 
-/// Builds trees, against Embree's Morton, binned and spatial-split builds.
 void bench_build(const Rig& rig) {
     Bvh mine;
     std::deque<std::optional<EmbreeScene>> theirs;
@@ -409,34 +386,6 @@ void bench_frame(const Rig& rig) {
     rig.compare({"frame", kMs}, methods, played.poses.size());
 }
 
-/// Renders the image as 256 views in one call of the public interface, against the same call with
-/// the whole image for one view, and against an image with hits and colours.
-void bench_views(const Rig& rig) {
-    constexpr std::uint32_t kSide = 16;
-    const morphray::Scene ours = user_scene(rig);
-    const morphray::View whole = pinhole_view(rig.scene.params);
-    std::vector<morphray::View> views(kSide * kSide, whole);
-    for (std::uint32_t i = 0; i < views.size(); ++i) {
-        morphray::View& view = views[i];
-        view.width /= kSide;
-        view.height /= kSide;
-        view.pinhole->cx -= i % kSide * view.width;
-        view.pinhole->cy -= i / kSide * view.height;
-    }
-    std::vector<float> depths(rig.pixels());
-    std::vector<std::uint32_t> prim_ids(rig.pixels());
-    morphray::ImageStack stack{.depth = depths, .prim_id = prim_ids};
-    morphray::Image image;
-    const auto render = [&](std::span<const morphray::View> some) {
-        return timing([&ours, &stack, some] { ours.render(some, stack); });
-    };
-    const std::vector<Method> methods = {
-        {"256 views", {}, render(views)},
-        {"one view", {}, render({&whole, 1}), "view"},
-        {"image", {}, timing([&] { ours.render(whole, image); }), "image"}};
-    rig.compare({"views", kMrayPerSecond, rig.pixels()}, methods);
-}
-
 /// Queries by the public interface the closest points, against Embree's point queries, and counts
 /// of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig) {
@@ -455,10 +404,10 @@ void bench_queries(const Rig& rig) {
                 for (std::size_t i = 0; i < rig.pixels(); ++i) count += differs(peer, i);
                 return count;
             };
-            methods.push_back({way + peer.name,
+            methods.push_back({way + peer.scene.name(),
                                {},
                                timing(rig.arena, [&] { run_peer(peer); }),
-                               peer.group,
+                               peer.scene.robust ? "robust" : "fast",
                                differences});
         }
         rig.compare({work, kNs, rig.pixels()}, methods);
@@ -513,12 +462,11 @@ void bench_queries(const Rig& rig) {
 
 void run_works(const Rig& rig, std::span<const RaySet> traced, const BenchOptions& options) {
     if (!traced.empty()) {
-        const std::vector<EmbreeVariant> embree =
+        const std::vector<EmbreeScene> embree =
             embree_variants(rig.devices, rig.topology(), rig.scene.positions);
         for (const RaySet& set : traced) bench_trace(rig, embree, set);
     }
     constexpr std::pair<const char*, void (*)(const Rig&)> kWorks[] = {{"queries", bench_queries},
-                                                                       {"views", bench_views},
                                                                        {"frame", bench_frame},
                                                                        {"refit", bench_refit},
                                                                        {"build", bench_build}};

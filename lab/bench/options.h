@@ -20,6 +20,9 @@ struct BenchOptions {
     std::string this_build, other_build;
     std::vector<std::string> simd = {best_simd_target().name};
     std::string line;
+    /// Of the model: a card, and how far the eye is, or 0.
+    std::string card = "H100";
+    double distance = 0;
 
     bool wants(const std::string& work) const { return std::ranges::count(works, work) > 0; }
 };
@@ -31,6 +34,9 @@ int bench_beside_embree(const BenchOptions& options);
 /// morphray on a Vulkan device beside the peer on the same device: camera, shadow and diffuse rays,
 /// by the device's clock. `differ` counts rays that hit another triangle than by the peer's rule.
 int bench_on_device(const BenchOptions& options);
+/// What kernels would take on a GPU, by counts of what warps of sampled rays do: ours and the
+/// peer's, as comma-separated values.
+int model_gpu(const BenchOptions& options);
 /// Two builds of this project trace in one process, in turn; 1 if an answer differs.
 int compare_builds(const BenchOptions& options);
 

@@ -2,7 +2,8 @@
 #pragma once
 
 #include <array>
-#include <string_view>
+#include <glm/vec4.hpp>
+#include <string>
 
 #include "lab/gpu_model/warp_trace.h"
 
@@ -10,7 +11,7 @@ namespace mray::lab {
 
 /// Public figures of a card. A unit is a multiprocessor or a compute unit, times are cycles.
 struct Card {
-    std::string_view name;
+    std::string name;
     double units, ghz;
     /// Instructions of warps a cycle and unit: all, and those that neither add nor multiply floats.
     double issued, other;
@@ -21,31 +22,31 @@ struct Card {
     double l1_latency, l2_latency, dram_latency;
 };
 
-/// What dispatches of a kernel need.
-struct KernelForm {
-    Kernel kernel;
-    std::string_view name;
+/// What a kernel needs.
+struct Kernel {
+    std::string name;
     double registers;
     /// In memory, for each ray.
     double ray_bytes;
     /// From an instruction to the next of a warp that is alone: less where more are independent.
     double cycles_alone;
-    /// Pixels of a region, and the most rays of a dispatch.
-    double region;
+    /// Of each StepKind: instructions of vectors, those of them that add or multiply floats, and
+    /// loads of which each waits for the one before.
+    std::array<double, kStepKinds> instructions, floats, loads;
 };
 
 /// Cycles of a warp in each part of a unit (issue, first cache, second cache, memory), and in all
 /// where it is alone.
 struct WarpLoad {
-    std::array<double, 4> parts = {};
+    glm::dvec4 parts{0};
     double alone = 0;
 };
 
 /// That a kernel's registers leave room for on a unit.
-double warps_in_flight(const Card& card, const KernelForm& form);
+double warps_in_flight(const Card& card, const Kernel& kernel);
 
 /// The load of warps that follow each other on one unit, whose cache they share.
-std::vector<WarpLoad> load_warps(const Card& card, const KernelForm& form,
+std::vector<WarpLoad> load_warps(const Card& card, const Kernel& kernel,
                                  std::span<const WarpTrace> warps, double scene_bytes);
 
 WarpLoad mean_of(std::span<const WarpLoad> warps);

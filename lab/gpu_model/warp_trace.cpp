@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
-#include "common/interop/hit_rule.h"
+#include "cpu/reference/scalar_tracer.h"
 
 namespace mray::lab {
 namespace {
@@ -13,47 +14,48 @@ namespace {
 struct LaneStep {
     std::array<std::uint32_t, 4> turn;
     StepKind kind;
-    /// Its loads' first in WarpTracer::loads_; all lanes of a step have as many.
-    std::size_t loads_begin, loads_end;
+    /// Sectors; all lanes of a step load as many.
+    std::vector<std::uint64_t> loads;
 };
 
 /// Arrays in a device's memory.
 enum class Array : std::uint64_t { kNodes, kLeaves, kNodeBoxes, kLeafBoxes };
 
 // Turns within the visit of a node or leaf.
-constexpr std::uint32_t kLeafVisits = 1u << 16;
+constexpr std::uint32_t kLeafVisit = 1u << 16;
 constexpr std::uint32_t kAfterTriangles = 100;
 constexpr std::uint32_t kAfterAll = 200;
 
-/// Traces lane after lane, and then finds what they do at once.
-class WarpTracer {
+Step warp_step(std::span<const LaneStep> lanes) {
+    Step step{lanes[0].kind, lanes.size()};
+    for (std::size_t k = 0; k < lanes[0].loads.size(); ++k) {
+        std::set<std::uint64_t> lines;
+        for (const LaneStep& lane : lanes) {
+            const std::uint64_t sector = lane.loads[k];
+            lines.insert(sector / 4);
+            if (std::ranges::find(step.sectors, sector) == step.sectors.end())
+                step.sectors.push_back(sector);
+        }
+        const bool is_stack = *lines.begin() >= kStackSector / 4;
+        step.wavefronts += is_stack ? lines.size() : std::max(lines.size(), (lanes.size() + 7) / 8);
+    }
+    return step;
+}
+
+/// Traces a ray as a lane, and notes its steps.
+class Lane {
 public:
-    WarpTracer(Kernel kernel, bool any_hit)
-        : is_first_(kernel == Kernel::kFirst), any_hit_(any_hit) {}
+    Lane(const Ray& ray, std::size_t number, bool any_hit)
+        : ray_(ray), number_(number), any_hit_(any_hit) {}
 
     template <class Tree>
-    WarpTrace trace(const Tree& tree, std::span<const Ray> rays) {
-        for (lane_ = 0; lane_ < rays.size(); ++lane_) {
-            ray_ = rays[lane_];
-            slab_ = slab_ray(ray_.org, ray_.dir);
-            sheared_ = shear_ray(ray_.org, ray_.dir);
-            t_ = ray_.tfar;
-            prim_ = kNoPrim;
-            current_ = {};
-            stack_.clear();
-            round_ = visit_ = 0;
-            end_step(StepKind::kBegin);
-            const std::uint32_t open_before = trace_.open;
-            for (round_ = 1; !is_finished(); ++round_) trace_round(tree);
-            trace_.hits += has_hit() ? 1 : 0;
-            if (any_hit_ && has_hit()) trace_.open = open_before;
-        }
-        std::ranges::stable_sort(steps_, {}, &LaneStep::turn);
-        for (std::size_t begin = 0, end = 0; begin < steps_.size(); begin = end) {
-            while (end < steps_.size() && steps_[end].turn == steps_[begin].turn) ++end;
-            add_warp_step({&steps_[begin], end - begin});
-        }
-        return std::move(trace_);
+    void trace(const Tree& tree, WarpTrace& to, std::vector<LaneStep>& steps) {
+        end_step(StepKind::kBegin);
+        for (round_ = 1; !is_finished(); ++round_) trace_round(tree);
+        to.hits += has_hit() ? 1 : 0;
+        to.boxes += boxes_;
+        to.open += any_hit_ && has_hit() ? 0 : open_;
+        std::ranges::move(steps_, std::back_inserter(steps));
     }
 
 private:
@@ -62,9 +64,8 @@ private:
         float key = 0;
     };
 
-    bool has_hit() const { return prim_ != kNoPrim; }
+    bool has_hit() const { return closest_.hit().prim_id != kNoPrim; }
     bool is_finished() const { return current_.child == kEmptyChild; }
-    bool at_leaf() const { return is_leaf(current_.child) && !is_finished(); }
 
     /// Loads `count` vectors of 16 bytes, each `stride` bytes after the last.
     void load(Array array, std::uint64_t byte, std::uint32_t count = 1, std::uint32_t stride = 16) {
@@ -75,103 +76,51 @@ private:
     /// The top entry of the stack, of which each word lies lane by lane.
     void touch_stack(std::uint32_t words = 2) {
         for (std::uint32_t word = 0; word < words; ++word)
-            loads_.push_back(kStackSector + 4 * (stack_.size() * words + word) + lane_ / 8);
+            loads_.push_back(kStackSector + 4 * (stack_.size() * words + word) + number_ / 8);
     }
 
     void end_step(StepKind kind, std::uint32_t item = 0, std::uint32_t detail = 0) {
-        const std::size_t begin = steps_.empty() ? 0 : steps_.back().loads_end;
-        steps_.push_back({{round_, visit_, item, detail}, kind, begin, loads_.size()});
-    }
-
-    void add_warp_step(std::span<const LaneStep> lanes) {
-        const auto first_sector = static_cast<std::ptrdiff_t>(trace_.sectors.size());
-        const auto add = [](std::vector<std::uint64_t>& items, std::ptrdiff_t begin,
-                            std::uint64_t item) {
-            if (std::find(items.begin() + begin, items.end(), item) == items.end())
-                items.push_back(item);
-        };
-        std::size_t wavefronts = 0;
-        std::vector<std::uint64_t> lines;
-        for (std::size_t k = 0; k < lanes[0].loads_end - lanes[0].loads_begin; ++k) {
-            lines.clear();
-            for (const LaneStep& lane : lanes) {
-                const std::uint64_t sector = loads_[lane.loads_begin + k];
-                add(lines, 0, sector / 4);
-                add(trace_.sectors, first_sector, sector);
-            }
-            const bool is_stack = lines[0] >= kStackSector / 4;
-            wavefronts += is_stack ? lines.size() : std::max(lines.size(), (lanes.size() + 7) / 8);
-        }
-        trace_.steps.push_back({lanes[0].kind, static_cast<std::uint8_t>(lanes.size()),
-                                static_cast<std::uint32_t>(wavefronts),
-                                static_cast<std::uint32_t>(trace_.sectors.size())});
+        steps_.push_back({{round_, visit_, item, detail}, kind, std::exchange(loads_, {})});
     }
 
     bool meets(const Box& box, float& key) {
-        return !box.empty() && hits_box(slab_, box.lower, box.upper, key) && key <= last_depth(t_);
+        return !box.empty() && hits_box(slab_, box.lower, box.upper, key) &&
+               key <= last_depth(closest_.t());
     }
 
-    void decide(const std::array<vec3, 3>& corners, std::uint32_t prim) {
-        const auto& [a, b, c] = corners;
-        TriangleHit hit;
-        const bool is_hit = intersect_triangle(sheared_, ray_.tnear, ray_.tfar, a, b, c, hit);
-        if (!is_hit || !is_closer(hit.t, prim, t_, prim_)) return;
-        t_ = hit.t;
-        prim_ = prim;
-    }
-
-    /// A round of the kernels over the shared layout: nodes, and then a leaf, or all leaves that
-    /// follow each other.
+    /// Nodes down to a leaf, and the leaf.
     void trace_round(const Bvh& bvh) {
         for (visit_ = 0; !is_leaf(current_.child); ++visit_) visit_node(bvh.nodes[current_.child]);
-        for (visit_ = kLeafVisits; at_leaf(); ++visit_) {
-            visit_leaf(bvh.leaves[leaf_of(current_.child)], leaf_of(current_.child));
-            if (!is_first_) return;
-        }
+        visit_ = kLeafVisit;
+        if (!is_finished()) visit_leaf(bvh.leaves[leaf_of(current_.child)]);
     }
 
     void visit_node(const Node& node) {
         const std::uint64_t index = current_.child;
-        const std::uint64_t at = sizeof(Node) * index;
         current_ = {kEmptyChild, kInfiniteT};
-        if (is_first_) {
-            load(Array::kNodes, at, kNodeVec4s);
-        } else {
-            trace_.boxes += 4;
-            load(Array::kNodeBoxes, 96 * index, 6);
-            end_step(StepKind::kNode);
-        }
-        std::uint32_t met = 0;
-        for (std::uint32_t slot = 0; slot < kWidth; slot += 4) {
-            Box box;
+        boxes_ += 4;
+        load(Array::kNodeBoxes, 96 * index, 6);
+        end_step(StepKind::kNode);
+        std::uint32_t item = 0;
+        for (std::uint32_t first = 0; first < kWidth; first += 4) {
+            Box quarter;
             float key;
-            for (std::uint32_t k = 0; k < 4; ++k) box.extend(slot_box(node, slot + k));
-            if (is_first_ || meets(box, key)) visit_quarter(node, at, slot, ++met);
+            for (std::uint32_t k = 0; k < 4; ++k) quarter.extend(slot_box(node, first + k));
+            if (!meets(quarter, key)) continue;
+            boxes_ += 4;
+            load(Array::kNodes, sizeof(Node) * index + 4 * first, 7, 4 * kPlaneStride);
+            end_step(StepKind::kQuarter, ++item);
+            for (std::uint32_t k = 0; k < 4; ++k) {
+                if (!meets(slot_box(node, first + k), key)) continue;
+                touch_stack();
+                end_step(StepKind::kPush, item, 1 + k);
+                go_to_nearer({child_of(node, first + k), key});
+            }
         }
-        if (is_first_) end_step(StepKind::kNode);
         if (is_finished()) pop();
     }
 
-    void visit_quarter(const Node& node, std::uint64_t at, std::uint32_t slot, std::uint32_t item) {
-        trace_.boxes += 4;
-        std::array<float, 4> keys;
-        std::array<bool, 4> met;
-        for (std::uint32_t k = 0; k < 4; ++k) met[k] = meets(slot_box(node, slot + k), keys[k]);
-        if (!is_first_) {
-            load(Array::kNodes, at + 4 * slot, 7, 4 * kPlaneStride);
-            end_step(StepKind::kQuarter, item);
-        }
-        for (std::uint32_t k = 0; k < 4; ++k) {
-            if (is_first_) touch_stack();
-            if (met[k]) consider({child_of(node, slot + k), keys[k]}, item, 1 + k);
-        }
-    }
-
-    void consider(Entry child, std::uint32_t item, std::uint32_t detail) {
-        if (!is_first_) {
-            touch_stack();
-            end_step(StepKind::kPush, item, detail);
-        }
+    void go_to_nearer(Entry child) {
         const bool is_nearer = child.key < current_.key;
         if (!is_finished()) stack_.push_back(is_nearer ? current_ : child);
         if (is_nearer) current_ = child;
@@ -184,79 +133,60 @@ private:
             end_step(StepKind::kPop, kAfterAll, tries++);
             current_.child = kEmptyChild;
             if (stack_.empty()) return;
-            if (stack_.back().key <= last_depth(t_)) current_ = stack_.back();
+            if (stack_.back().key <= last_depth(closest_.t())) current_ = stack_.back();
             stack_.pop_back();
         } while (is_finished() && !stack_.empty());
     }
 
-    void visit_leaf(const Leaf& leaf, std::uint64_t index) {
+    void visit_leaf(const Leaf& leaf) {
+        const std::uint64_t index = leaf_of(current_.child);
         const std::uint64_t at = sizeof(Leaf) * index;
         load(Array::kLeaves, at);
         end_step(StepKind::kLeaf);
-        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-        const bool in_groups = !is_first_ && count > 4;
-        if (in_groups) {
-            trace_.boxes += 4;
+        std::array<Box, 4> groups;
+        std::uint32_t count = 0;
+        cpu::for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t) {
+            for (const vec3 corner : {a, b, c}) groups[count / 4].extend(corner);
+            ++count;
+        });
+        std::array<bool, 4> is_met = {true, true, true, true};
+        if (count > 4) {
+            boxes_ += 4;
             load(Array::kLeafBoxes, 96 * index, 6);
             end_step(StepKind::kGroups, 0, 1);
+            float key;
+            for (std::size_t k = 0; k < 4; ++k) is_met[k] = meets(padded(groups[k]), key);
         }
+        std::uint32_t slot = 0;
         std::uint32_t tests = 0;
-        std::uint32_t sure = 0;
-        std::array<bool, 4> is_group_met;
-        for (std::uint32_t group = 0; group < 4; ++group)
-            is_group_met[group] = !in_groups || meets_group(leaf, 4 * group, count);
-        for (std::uint32_t slot = 0; slot < count; ++slot) {
-            if (!is_group_met[slot / 4]) continue;
-            load(Array::kLeaves, at + 16 * slot);
+        cpu::for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim) {
+            const std::uint32_t corners = leaf.vertex[slot].corners;
+            const std::uint32_t own = slot++;
+            if (!is_met[own / 4]) return;
+            load(Array::kLeaves, at + 16 * own);
             for (std::uint32_t k = 0; k < 3; ++k)
-                load(Array::kLeaves, at + 16 * corner(leaf.vertex[slot].corners, k));
+                load(Array::kLeaves, at + 16 * corner(corners, k));
             end_step(StepKind::kTriangle, ++tests);
-            if (!test_triangle(corners_of(leaf, slot), leaf.prim_id[slot])) continue;
-            ++sure;
-            if (!is_first_) end_step(StepKind::kHit, tests, 1);
-        }
-        // A loop of the first kernel runs at least once.
-        for (std::uint32_t k = 0; is_first_ && k < std::max(sure, 1u); ++k) {
-            load(Array::kLeaves, at, 5);
-            end_step(StepKind::kHit, kAfterTriangles, k);
-        }
+            if (!may_hit_triangle(sheared_, a, b, c)) return;
+            open_ += is_open(a, b, c) ? 1 : 0;
+            closest_.test(a, b, c, prim);
+            end_step(StepKind::kHit, tests, 1);
+        });
         if (any_hit_ && has_hit()) stack_.clear();
         pop();
     }
 
-    bool meets_group(const Leaf& leaf, std::uint32_t begin, std::uint32_t count) {
-        Box box;
-        for (std::uint32_t slot = begin; slot < std::min(begin + 4, count); ++slot)
-            for (const vec3 corner : corners_of(leaf, slot)) box.extend(corner);
-        float key;
-        return meets(padded(box), key);
-    }
-
-    static std::array<vec3, 3> corners_of(const Leaf& leaf, std::uint32_t slot) {
-        const auto at = [&](std::uint32_t k) {
-            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
-            return vec3(v.x, v.y, v.z);
-        };
-        return {at(0), at(1), at(2)};
-    }
-
-    /// Returns whether the triangle may be met.
-    bool test_triangle(const std::array<vec3, 3>& corners, std::uint32_t prim) {
-        const vec3 a = project_fast(sheared_, corners[0]);
-        const vec3 b = project_fast(sheared_, corners[1]);
-        const vec3 c = project_fast(sheared_, corners[2]);
+    /// Whether plain floats leave to `decide` if and where a triangle is hit.
+    bool is_open(vec3 a, vec3 b, vec3 c) const {
+        for (vec3* const p : {&a, &b, &c}) *p = project_fast(sheared_, *p);
         const Edges edges = fast_edges(a, b, c);
-        if (!may_be_inside(edges)) return false;
         TriangleHit hit;
         weighted_hit(sheared_, edges, a.z, b.z, c.z, hit);
-        const bool is_sure = surely_inside(sheared_, edges) && edges.depth_range < edges.depth_size;
-        const bool is_open = is_rough(hit) && may_be_in_range(hit, ray_.tnear, t_);
-        trace_.open += !is_first_ && (!is_sure || is_open) ? 1 : 0;
-        decide(corners, prim);
-        return true;
+        return !surely_inside(sheared_, edges) || edges.depth_range >= edges.depth_size ||
+               (is_rough(hit) && may_be_in_range(hit, ray_.tnear, closest_.t()));
     }
 
-    /// A round of the peer's kernel: a node, or the triangles of a leaf, which an index finds.
+    /// A node, or the triangles of a leaf, which an index finds.
     void trace_round(const PeerTree& tree) {
         const PeerNode& node = tree.nodes[current_.child];
         load(Array::kNodes, 64ull * current_.child, 4);
@@ -268,58 +198,61 @@ private:
             load(Array::kLeaves, 48 * index, 3);
             end_step(StepKind::kTriangle, 2 + k);
             const PeerTriangle& t = tree.triangles[index];
-            decide({t.a, t.b, t.c}, t.prim_id);
+            closest_.test(t.a, t.b, t.c, t.prim_id);
         }
-        if (node.count == 0 && meet_children(tree, node.first)) return;
-        touch_stack(1);
-        end_step(StepKind::kPop, kAfterAll);
-        const bool is_end = stack_.empty() || (any_hit_ && has_hit());
-        current_ = is_end ? Entry{kEmptyChild} : stack_.back();
-        if (!is_end) stack_.pop_back();
-    }
-
-    /// Goes to the nearer child that is met, and pushes the other one. Returns whether one is.
-    bool meet_children(const PeerTree& tree, std::uint32_t first) {
-        trace_.boxes += 2;
-        std::array<Entry, 2> children = {Entry{first}, Entry{first + 1}};
-        std::array<bool, 2> met;
-        for (std::size_t k = 0; k < 2; ++k) {
-            const PeerNode& child = tree.nodes[children[k].child];
-            met[k] = meets({child.lower, child.upper}, children[k].key);
+        current_ = {kEmptyChild, kInfiniteT};
+        const std::size_t size = stack_.size();
+        for (std::uint32_t k = 0; node.count == 0 && k < 2; ++k) {
+            const PeerNode& child = tree.nodes[node.first + k];
+            float key;
+            ++boxes_;
+            if (meets({child.lower, child.upper}, key)) go_to_nearer({node.first + k, key});
         }
-        const bool is_second = met[1] && (!met[0] || children[1].key < children[0].key);
-        current_ = children[is_second ? 1 : 0];
-        if (met[0] && met[1]) {
-            stack_.push_back(children[is_second ? 0 : 1]);
+        if (stack_.size() > size) {
             touch_stack(1);
             end_step(StepKind::kPush, kAfterTriangles);
         }
-        return met[0] || met[1];
+        if (!is_finished()) return;
+        touch_stack(1);
+        end_step(StepKind::kPop, kAfterAll);
+        if (stack_.empty() || (any_hit_ && has_hit())) return;
+        current_ = stack_.back();
+        stack_.pop_back();
     }
 
-    bool is_first_, any_hit_;
-    WarpTrace trace_;
-    std::vector<LaneStep> steps_;
-    /// Sectors.
-    std::vector<std::uint64_t> loads_;
-    // The lane that is traced, and where it is in the outer loops.
-    std::size_t lane_ = 0;
-    std::uint32_t round_ = 0, visit_ = 0;
     Ray ray_;
-    SlabRay slab_;
-    ShearedRay sheared_;
-    float t_ = 0;
-    std::uint32_t prim_ = kNoPrim;
+    std::size_t number_;
+    bool any_hit_;
+    SlabRay slab_ = slab_ray(ray_.org, ray_.dir);
+    ShearedRay sheared_ = shear_ray(ray_.org, ray_.dir);
+    cpu::ClosestHit closest_{ray_};
     Entry current_;
     std::vector<Entry> stack_;
+    // Where it is in the outer loops.
+    std::uint32_t round_ = 0, visit_ = 0;
+    std::uint32_t boxes_ = 0, open_ = 0;
+    std::vector<LaneStep> steps_;
+    /// Sectors of the step that has not ended.
+    std::vector<std::uint64_t> loads_;
 };
 
 }  // namespace
 
-WarpTrace trace_warp(Kernel kernel, const Bvh& bvh, const PeerTree& peer, std::span<const Ray> rays,
-                     bool any_hit) {
-    WarpTracer tracer(kernel, any_hit);
-    return kernel == Kernel::kPeer ? tracer.trace(peer, rays) : tracer.trace(bvh, rays);
+template <class Tree>
+WarpTrace trace_warp(const Tree& tree, std::span<const Ray> rays, bool any_hit) {
+    WarpTrace trace;
+    std::vector<LaneStep> steps;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        Lane(rays[i], i, any_hit).trace(tree, trace, steps);
+    std::ranges::stable_sort(steps, {}, &LaneStep::turn);
+    for (std::size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
+        while (end < steps.size() && steps[end].turn == steps[begin].turn) ++end;
+        trace.steps.push_back(warp_step({&steps[begin], end - begin}));
+    }
+    return trace;
 }
+
+template WarpTrace trace_warp(const Bvh&, std::span<const Ray>, bool);
+template WarpTrace trace_warp(const PeerTree&, std::span<const Ray>, bool);
 
 }  // namespace mray::lab

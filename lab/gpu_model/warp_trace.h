@@ -16,20 +16,10 @@ inline constexpr std::uint32_t kWarpLanes = 32;
 /// A sector of 32 bytes of the stacks, which is the warp's own.
 inline constexpr std::uint64_t kStackSector = std::uint64_t{1} << 40;
 
-enum class Kernel {
-    /// Of revision 79d57a95: all boxes of a node, an entry of the stack written for each, and first
-    /// all triangles of a leaf and then hits.
-    kFirst,
-    /// Quarters and groups, pushes of what is met, open triangles left to `decide`.
-    kPresent,
-    /// One loop over a binary tree in which a leaf is a node (tinybvh 1.9.1).
-    kPeer,
-};
-
 /// What the lanes of a warp do at once. No kernel has all of them.
 enum class StepKind : std::uint8_t {
     kBegin,    // makes the rays and stores the answers
-    kNode,     // meets all boxes of a node; in the present kernels those of its quarters
+    kNode,     // meets the boxes of a node, in the present kernels those of its quarters
     kQuarter,  // meets four boxes of a node, and loads its children
     kPush,     // considers one of them
     kPop,
@@ -42,16 +32,15 @@ inline constexpr std::size_t kStepKinds = 9;
 
 struct Step {
     StepKind kind;
-    std::uint8_t active;
+    std::size_t active;
     /// Cycles of a first cache that reads a line and fills 128 bytes of registers in each.
-    std::uint32_t wavefronts;
-    /// Its sectors end here in WarpTrace::sectors, and begin where those of the step before end.
-    std::uint32_t sectors_end;
+    std::size_t wavefronts = 0;
+    /// Each once, in the order of the loads.
+    std::vector<std::uint64_t> sectors = {};
 };
 
 struct WarpTrace {
     std::vector<Step> steps;
-    std::vector<std::uint64_t> sectors;
     std::uint32_t hits = 0;
     /// Boxes that rays met, or not.
     std::uint32_t boxes = 0;
@@ -59,8 +48,9 @@ struct WarpTrace {
     std::uint32_t open = 0;
 };
 
-/// Traces up to 32 rays as a kernel does, over the tree that it is for.
-WarpTrace trace_warp(Kernel kernel, const Bvh& bvh, const PeerTree& peer, std::span<const Ray> rays,
-                     bool any_hit);
+/// Traces up to 32 rays: over a Bvh as the present kernels do, by quarters and groups; over a
+/// PeerTree as tinybvh 1.9.1 does, by one loop in which a leaf is a node.
+template <class Tree>
+WarpTrace trace_warp(const Tree& tree, std::span<const Ray> rays, bool any_hit);
 
 }  // namespace mray::lab

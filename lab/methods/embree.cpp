@@ -19,20 +19,17 @@ namespace mray::lab {
 namespace {
 
 /// Treats denormals as zeros while it lives, as Embree requires for tracing.
-class FlushedDenormals {
-public:
+class [[maybe_unused]] FlushedDenormals {
 #ifdef __SSE2__
-    FlushedDenormals() : saved_(_mm_getcsr()) {
+public:
+    FlushedDenormals() {
         _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
         _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
     }
     ~FlushedDenormals() { _mm_setcsr(saved_); }
 
 private:
-    unsigned int saved_;
-#else
-    FlushedDenormals() {}
-    ~FlushedDenormals() {}
+    unsigned int saved_ = _mm_getcsr();
 #endif
 };
 
@@ -357,9 +354,11 @@ std::vector<EmbreeDevice> embree_devices(int threads) {
 }
 
 EmbreeScene::EmbreeScene(const EmbreeDevice& on, const Topology& mesh,
-                         std::span<const vec3> positions, RTCBuildQuality quality, bool robust)
+                         std::span<const vec3> positions, RTCBuildQuality way, bool is_robust)
     : device(on),
       topology(mesh),
+      quality(way),
+      robust(is_robust),
       vertices(positions.size() + 1),
       geometry(rtcNewGeometry(on.handle.get(), RTC_GEOMETRY_TYPE_TRIANGLE)),
       handle(rtcNewScene(on.handle.get())) {
@@ -379,6 +378,11 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& on, const Topology& mesh,
     check(on, "make a scene");
 }
 
+std::string EmbreeScene::name() const {
+    constexpr std::array kQualities = {"LOW", "MEDIUM", "HIGH", "REFIT"};
+    return fmt::format("{} {} {}", robust ? "robust" : "fast", kQualities[quality], device.isa);
+}
+
 void EmbreeScene::set_positions(std::span<const vec3> positions) {
     // Embree ignores triangles with NaN vertices, as morphray does those that are not finite.
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -393,41 +397,33 @@ void EmbreeScene::commit() {
     check(device, "commit a scene");
 }
 
-std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices,
-                                           const Topology& topology,
-                                           std::span<const vec3> positions) {
-    std::vector<EmbreeVariant> variants;
-    for (const EmbreeDevice& device : devices) {
-        for (const auto quality : {RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_HIGH}) {
-            const char* const name = quality == RTC_BUILD_QUALITY_MEDIUM ? "MEDIUM" : "HIGH";
-            for (const bool robust : {false, true}) {
-                variants.push_back({EmbreeScene(device, topology, positions, quality, robust),
-                                    robust, fmt::format("{} {}", name, device.isa)});
-                variants.back().scene.commit();
-            }
-        }
-    }
-    return variants;
+std::vector<EmbreeScene> embree_variants(std::span<const EmbreeDevice> devices,
+                                         const Topology& topology,
+                                         std::span<const vec3> positions) {
+    std::vector<EmbreeScene> scenes;
+    for (const EmbreeDevice& device : devices)
+        for (const auto quality : {RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_HIGH})
+            for (const bool robust : {false, true})
+                scenes.emplace_back(device, topology, positions, quality, robust).commit();
+    return scenes;
 }
 
-std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set) {
+std::vector<Tracer> embree_peers(std::span<const EmbreeScene> scenes, const RaySet& set) {
     std::vector<Tracer> all;
     const auto answers = std::make_shared<TraceAnswers>(set);
     const bool is_incoherent = set.kind == RayKind::kDiffuse || set.kind == RayKind::kAo;
-    // `suffix` is that of Embree's functions.
     const auto add = [&]<class Traces>(std::type_identity<Traces>, const char* suffix,
                                        bool one_ray = false) {
         const bool by_tiles =
             !one_ray && (set.kind == RayKind::kPrimary || set.kind == RayKind::kShadow);
-        for (const auto& [scene, robust, of_scene] : scenes) {
-            const std::string name =
-                fmt::format("{}{} {} {}", set.any_hit() ? "Occluded" : "Intersect", suffix,
-                            robust ? "robust" : "fast", of_scene);
+        for (const EmbreeScene& scene : scenes) {
+            const std::string name = fmt::format(
+                "{}{} {}", set.any_hit() ? "Occluded" : "Intersect", suffix, scene.name());
             const auto tracer = std::make_shared<const Traces>(scene, !is_incoherent);
             Tracer& made = all.emplace_back(
                 by_tiles ? tile_tracer(name, tracer, set, answers)
                          : batch_tracer(name, RaysAtOnce::kStream, tracer, set, answers));
-            made.group = fmt::format("embree {} {}", one_ray, robust);
+            made.group = fmt::format("embree {} {}", one_ray, scene.robust);
             made.at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket;
         }
     };
@@ -449,9 +445,7 @@ std::shared_ptr<const cpu::ImageTracer> embree_tiles(const EmbreeScene& scene) {
 
 EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const Topology& topology,
                              std::span<const vec3> positions, bool robust, std::size_t most)
-    : group(robust ? "robust" : "fast"),
-      name(fmt::format("{} MEDIUM {}", group, device.isa)),
-      scene(device, topology, positions, RTC_BUILD_QUALITY_MEDIUM, robust),
+    : scene(device, topology, positions, RTC_BUILD_QUALITY_MEDIUM, robust),
       nearest(most),
       counts(most) {
     rtcSetGeometryUserData(scene.geometry.get(), counts.data());

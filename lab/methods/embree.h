@@ -47,6 +47,8 @@ struct EmbreeScene {
     EmbreeScene(const EmbreeDevice& on, const Topology& mesh, std::span<const vec3> positions,
                 RTCBuildQuality quality, bool robust = false);
 
+    /// "robust MEDIUM avx512"; "fast" without the flag.
+    std::string name() const;
     /// The tree is around these positions after the next commit().
     void set_positions(std::span<const vec3> positions);
     /// Builds the tree, or refits it if there is one and the quality is REFIT.
@@ -54,27 +56,21 @@ struct EmbreeScene {
 
     const EmbreeDevice& device;
     const Topology& topology;
+    RTCBuildQuality quality;
+    bool robust;
     /// Embree loads 16 bytes at each, so that there is one more.
     std::vector<vec3> vertices;
     EmbreeOwned<RTCGeometry> geometry;
     EmbreeOwned<RTCScene> handle;
 };
 
-struct EmbreeVariant {
-    EmbreeScene scene;
-    bool robust;
-    /// "MEDIUM, avx2"
-    std::string name;
-};
-
 /// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust: eight builds.
-std::vector<EmbreeVariant> embree_variants(std::span<const EmbreeDevice> devices,
-                                           const Topology& topology,
-                                           std::span<const vec3> positions);
+std::vector<EmbreeScene> embree_variants(std::span<const EmbreeDevice> devices,
+                                         const Topology& topology, std::span<const vec3> positions);
 
 /// Ways to trace rays over each scene; both outlive the peers, which have their answers in common.
 /// Rays in packets count as coherent, diffuse rays and ambient occlusion as incoherent.
-std::vector<Tracer> embree_peers(std::span<const EmbreeVariant> scenes, const RaySet& set);
+std::vector<Tracer> embree_peers(std::span<const EmbreeScene> scenes, const RaySet& set);
 
 /// By Intersect16 and Occluded16 of coherent rays, for images. The scene outlives it.
 std::shared_ptr<const cpu::ImageTracer> embree_tiles(const EmbreeScene& scene);
@@ -92,10 +88,6 @@ struct EmbreeQueries {
     /// of this name.
     void count(std::span<const Ray> rays, bool coherent);
 
-    /// One text for all methods that differ in the device alone.
-    const char* group;
-    /// "robust MEDIUM avx512"
-    std::string name;
     EmbreeScene scene;
     std::vector<NearestPoint> nearest;
     std::vector<std::uint64_t> counts;

@@ -259,7 +259,6 @@ private:
     bool any_split_ = false;
 };
 
-/// Traces packets in turn, each by all its rays.
 void trace_packets(const PeerTree& tree, bool any_hit, std::span<const PacketRays> packets,
                    std::span<PacketAnswers> answers) {
     for (std::size_t i = 0; i < packets.size(); ++i) {

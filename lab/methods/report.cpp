@@ -19,7 +19,6 @@ std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t par
     // By method, then by part.
     using Samples = std::vector<double>;
     std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(parts));
-    // The first round warms up.
     for (int round = -1; round < repeat; ++round) {
         for (std::size_t i = 0; i < methods.size(); ++i) {
             const std::size_t turn = (i + static_cast<std::size_t>(round + 1)) % methods.size();
@@ -49,7 +48,6 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
         for (std::size_t k = 0; k < methods.size(); ++k) {
             if (methods[k].group == methods[i].group) group.push_back(k);
         }
-        // Each group is handled at its first method.
         if (group.front() != i) continue;
         std::ranges::stable_sort(group, {}, [&](std::size_t k) { return times[k].least; });
         group.resize(std::min(count, group.size()));

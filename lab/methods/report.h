@@ -54,7 +54,7 @@ inline constexpr Unit kNs{"ns", [](double ms, double n) { return ms * 1e6 / n; }
 inline constexpr Unit kMs{"ms", [](double ms, double) { return ms; }};
 
 struct Row {
-    /// primary, shadow, diffuse, ao, one-ray, refit, build, frame or views, or the name of a query.
+    /// primary, shadow, diffuse, ao, one-ray, refit, build or frame, or the name of a query.
     std::string work;
     Unit unit = kMs;
     /// The number of rays, triangles or queries of a run; unused for kMs.

@@ -2,12 +2,6 @@
 program of constants.cpp.
 check_proof.py GAPPA CONSTANTS FILE.g NAME FACTOR: whether it no longer does once the constant NAME is
 FACTOR times as large. FACTOR is a number or a fraction such as 16/17.
-
-A file is comments (the table of inputs, operations and bound) and lemmas, each opened by a line
-"## lemma: what it says" and in Gappa's language, or by "## identity: what it says" and a list of
-definitions and of polynomials that are 0. @kName@ stands for a constant. In every lemma e is 2^-24, up is
-1 + e, down is 1 - e, rcp_error is that of rcp, x^3 is x * x * x, and rounded(a, b) says that |a| and |b| are at
-most e.
 """
 import fractions
 import re

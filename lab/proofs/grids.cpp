@@ -49,25 +49,19 @@ struct Grid {
     static Grid splitter() { return Grid(4097); }
 };
 
-/// How many operations were looked at since the program began, and how many failed.
-struct GridCount {
-    int operations = 0;
-    int denormal = 0;
-    int overflow = 0;
-};
-
-inline GridCount& grid_count() {
-    static GridCount count;
-    return count;
-}
+/// How many operations were looked at since the last line, and how many failed.
+int operations = 0;
+int failures = 0;
+/// Whether a line of the proof failed.
+bool fails = false;
 
 /// fl(x) of the x that the operation gives, rounded up by one part in 2^24.
 inline Grid grid_result(int quantum, double least, double most) {
     Grid g(quantum, most * (1 + 0x1p-24));
     g.least = std::max(g.least, least * (1 - 0x1p-24));
-    ++grid_count().operations;
-    grid_count().denormal += most > 0 && std::max(std::ldexp(1.0, quantum), least) < 0x1p-126;
-    grid_count().overflow += g.most > static_cast<double>(std::numeric_limits<float>::max());
+    ++operations;
+    failures += most > 0 && std::max(std::ldexp(1.0, quantum), least) < 0x1p-126;
+    failures += g.most > static_cast<double>(std::numeric_limits<float>::max());
     return g;
 }
 
@@ -89,106 +83,94 @@ inline Grid snap_projected(Grid x) {
 
 namespace {
 
-/// Prints the line; whether none of its operations failed.
-bool line(std::string_view what, const Grid& result, int quantum, double most) {
-    static GridCount before;
-    const GridCount& now = grid_count();
-    const bool clean = now.denormal == before.denormal && now.overflow == before.overflow;
+/// Prints the line, and notes whether an operation failed.
+void line(const char* what, const Grid& result, int quantum, double most) {
     const bool as_said =
         (result.quantum >= quantum || result.least * (1 + 0x1p-15) >= std::ldexp(1.0, quantum)) &&
         result.most <= most * (1 + 0x1p-15);
-    std::printf("%-44.*s multiple of 2^%d, at least 2^%.2f, at most 2^%.2f: %d operations%s%s\n",
-                static_cast<int>(what.size()), what.data(), result.quantum, std::log2(result.least),
-                std::log2(result.most), now.operations - before.operations, clean ? "" : ", FAILS",
-                as_said ? "" : ", NOT AS SAID");
-    before = now;
-    return clean && as_said;
+    std::printf("%-44s multiple of 2^%d, at least 2^%.2f, at most 2^%.2f: %d operations%s%s\n",
+                what, result.quantum, std::log2(result.least), std::log2(result.most), operations,
+                failures == 0 ? "" : ", FAILS", as_said ? "" : ", NOT AS SAID");
+    fails = fails || failures > 0 || !as_said;
+    operations = failures = 0;
 }
 
 const Grid kDirection(-46, 2);
 const Grid kLargest = Grid::between(1, 2);  // d.z
 
-bool projections_are_normal(int grid) {
+void projections(int grid) {
     const Grid vertex(grid, kInvalidCoordinate);
     const Grid origin(grid, kOriginExtent);
     const Grid a = vertex - origin;
-    bool all = line("a = vertex - org", a, -40, 0x1p41);
-    all = line("difference_error", difference_error(vertex, origin, a), -40, 0x1p45) && all;
+    line("a = vertex - org", a, -40, 0x1p41);
+    line("difference_error", difference_error(vertex, origin, a), -40, 0x1p45);
     const Grid error(grid, a.most * kRounding);
-    all = line("fast x", a * kLargest - kDirection * a, -86, 0x1p43) && all;
+    line("fast x", a * kLargest - kDirection * a, -86, 0x1p43);
     const Grid x = project_axis(a, error, a, error, kDirection, kLargest);
-    all = line("compensated x", x, -63, 0x1p88) && all;
-    return all;
+    line("compensated x", x, -63, 0x1p88);
 }
 
 /// Exact functions are multiples of 2^-126 by |x| <= 2^43 and project.g. Fast ones are beyond
 /// their bound and so more than 2^-22 of their sum.
-bool depths_are_normal(int grid) {
+void depths(int grid) {
     const Grid x(-63, 0x1p44);
-    bool all = line("exact edge function", difference_of_products(x, x, x, x), -126, 0x1p127);
+    line("exact edge function", difference_of_products(x, x, x, x), -126, 0x1p127);
     const Grid sum = Grid::between(0x1p-126, 0x1p91);
     // rcp(x) is 1 / x up to two ulp.
     const Grid scale = Grid::between((1 - 0x1p-22) / sum.most, (1 + 0x1p-22) / sum.least);
     // The last step of rcp: y e2, where e2 = fl(1 - x y), x y in [1/2, 2], is a multiple of 2^-24.
-    all = line("scale = rcp(sum): y * e2", scale * Grid(-24, 0x1p-2), -116, 0x1p124) && all;
+    line("scale = rcp(sum): y * e2", scale * Grid(-24, 0x1p-2), -116, 0x1p124);
     // scaled_weight: kept weights are more than 2^-61 of the sum.
     const Grid weight = Grid::between((1 - 0x1p-21) * 0x1p-61, 1 + 0x1p-21);
-    all = line("wb, wc, and their sum", weight + weight, -85, 2 + 0x1p-20) && all;
+    line("wb, wc, and their sum", weight + weight, -85, 2 + 0x1p-20);
     // fl(wb + wc) is a multiple of 2^-24 from 1/2 on; below, the difference is at least 1/2.
     const Grid rest(-24, 1);
     const Grid z(grid, 0x1p41);
     const Grid mean = (rest * z + weight * z) + weight * z;
-    all = line("z", mean, -125, 0x1p43) && all;
+    line("z", mean, -125, 0x1p43);
     // z is certain: beyond kMeanRounding size, or more than a quarter of the least |z|.
     const Grid certain = Grid::between(0.5 * kMeanRounding * std::ldexp(1.0, grid), 0x1p43);
-    return line("t", certain * Grid::between(0.5, 1), -87, 0x1p43) && all;
+    line("t", certain * Grid::between(0.5, 1), -87, 0x1p43);
 }
 
 /// bound / sum >= 2^-21, because bound >= 2^-20 m^2, and three functions of two products each are
 /// at most 3 (m / 2)^2 2. It is less than 1 where the functions are beyond their bound.
-bool bounds_are_normal(int grid) {
+void bounds(int grid) {
     const Grid x(-86, 0x1p44);
     const Grid m = ((x + x) + (x + x)) + (x + x);
-    bool all = line("m", m, -86, 0x1p47);
+    line("m", m, -86, 0x1p47);
     const Grid z(grid, 0x1p41);
     const Grid part = Grid(kFastProjectionError) * ((m + m) + z);
-    all = line("kFastProjectionError * (2 m + Z)", part, -126, 0x1p28) && all;
+    line("kFastProjectionError * (2 m + Z)", part, -126, 0x1p28);
     const Grid r = Grid::between(kFastProjectionFloor, part.most + 1);
     const Grid sum = Grid::between(r.least, m.most + 2 * r.most);  // m + 2 r >= r
     const Grid bound = r * sum;
-    all = line("bound", bound, -98, 0x1p75) && all;
-    all = line("bound * range", bound * Grid::between(1, 0x1p42), -98, 0x1p117) && all;
+    line("bound", bound, -98, 0x1p75);
+    line("bound * range", bound * Grid::between(1, 0x1p42), -98, 0x1p117);
     const Grid part_of_sum = Grid::between(0x1p-21, 1);
     const Grid by_range = Grid(2) * part_of_sum + Grid(kWeightRounding);
     const Grid by_range_at_least = Grid::between(kWeightRounding, by_range.most);
-    all = line("by_range * range", by_range_at_least * Grid(grid, 0x1p42), -83, 0x1p44) && all;
-    return line("kMeanRounding * size", Grid(kMeanRounding) * z, -61, 0x1p20) && all;
+    line("by_range * range", by_range_at_least * Grid(grid, 0x1p42), -83, 0x1p44);
+    line("kMeanRounding * size", Grid(kMeanRounding) * z, -61, 0x1p20);
 }
 
-bool slabs_are_normal(int grid) {
+void slabs(int grid) {
     const Grid largest = Grid::between(kSceneExtent, kOriginExtent);
     const Grid origin(grid, kOriginExtent);
     const Grid coordinate(grid, kSceneExtent);
     const Grid extent = coordinate - coordinate;
     const Grid pad = Grid(kPadOfExtent) * extent + Grid(kPadOfPlane) * coordinate;
-    bool all = line("plane - pad", coordinate - pad, -63, 0x1p21);
+    line("plane - pad", coordinate - pad, -63, 0x1p21);
     const Grid dilation = Grid(kDilationOfOrigin) * origin + Grid(kDilationOfExtent) * largest;
-    all = line("D", dilation, -64, 0x1p17) && all;
+    line("D", dilation, -64, 0x1p17);
     const Grid plane(-63, kEmptyPlane);
     const Grid difference = plane - (origin + dilation);
-    all = line("plane - (org + D)", difference, -64, 0x1p49) && all;
+    line("plane - (org + D)", difference, -64, 0x1p49);
     // 1 / d for |d| in [2^-46, 2], and what stands for 1 / 0.
     const Grid reciprocal = Grid::between(0.5, kHugeReciprocal);
     const Grid times = difference * reciprocal;
-    all = line("entry and exit", times, -65, 0x1p113) && all;
-    return line("exit * kSlabRounding", times * Grid::between(1, 2), -65, 0x1p114) && all;
-}
-
-bool all_are_normal(int grid) {
-    bool all = projections_are_normal(grid);
-    all = depths_are_normal(grid) && all;
-    all = bounds_are_normal(grid) && all;
-    return slabs_are_normal(grid) && all;
+    line("entry and exit", times, -65, 0x1p113);
+    line("exit * kSlabRounding", times * Grid::between(1, 2), -65, 0x1p114);
 }
 
 }  // namespace
@@ -197,7 +179,11 @@ bool all_are_normal(int grid) {
 // With "finer": whether a grid of coordinates half as wide would be too fine.
 int main(int argc, char** argv) {
     using namespace mray::proofs;
-    const std::string_view argument = argc > 1 ? argv[1] : "";
-    if (argument == "finer") return all_are_normal(-41) ? 1 : 0;
-    return all_are_normal(-40) ? 0 : 1;
+    const bool is_finer = argc > 1 && std::string_view(argv[1]) == "finer";
+    const int grid = is_finer ? -41 : -40;
+    projections(grid);
+    depths(grid);
+    bounds(grid);
+    slabs(grid);
+    return fails == is_finer ? 0 : 1;
 }

@@ -49,13 +49,10 @@ struct SmallFloat {
 };
 namespace {
 
-template <int kDigits>
-using Floats = std::vector<SmallFloat<kDigits>>;
-
 /// 0 and all floats in [1, 2).
 template <int kDigits>
-Floats<kDigits> mantissas() {
-    Floats<kDigits> all = {SmallFloat<kDigits>(0)};
+std::vector<SmallFloat<kDigits>> mantissas() {
+    std::vector<SmallFloat<kDigits>> all = {SmallFloat<kDigits>(0)};
     for (int i = 1 << (kDigits - 1); i < 1 << kDigits; ++i)
         all.emplace_back(std::ldexp(i, 1 - kDigits));
     return all;
@@ -79,22 +76,24 @@ bool product_errors_are_exact() {
     return report("product_error", kDigits, all.size() * all.size(), wrong);
 }
 
+/// Calls visit(scale) for the powers of two up to 2^apart and their reciprocals, of either sign.
+template <class Visit>
+void for_each_scale(int apart, Visit visit) {
+    for (int k = -apart; k <= apart; ++k)
+        for (const double scale : {std::ldexp(1.0, k), -std::ldexp(1.0, k)}) visit(scale);
+}
+
 /// Calls is_wrong(a, b) for all pairs up to 2^(digits + 4) apart, of either sign.
 template <int kDigits, class IsWrong>
 bool holds_for_pairs(const char* what, IsWrong is_wrong) {
     const auto all = mantissas<kDigits>();
     std::size_t wrong = 0;
     std::size_t cases = 0;
-    for (int k = -kDigits - 4; k <= kDigits + 4; ++k) {
-        for (const double scale : {std::ldexp(1.0, k), -std::ldexp(1.0, k)}) {
-            for (const auto a : all) {
-                for (const auto b : all) {
-                    wrong += is_wrong(a, SmallFloat<kDigits>(b.value * scale));
-                    ++cases;
-                }
-            }
-        }
-    }
+    for_each_scale(kDigits + 4, [&](double scale) {
+        for (const auto a : all)
+            for (const auto b : all) wrong += is_wrong(a, SmallFloat<kDigits>(b.value * scale));
+        cases += all.size() * all.size();
+    });
     return report(what, kDigits, cases, wrong);
 }
 
@@ -125,17 +124,15 @@ bool products_have_signs(int apart) {
     const auto all = mantissas<kDigits>();
     std::size_t cases = 0;
     std::size_t wrong = 0;
-    for (int k = -apart; k <= apart; ++k) {
-        for (const double scale : {std::ldexp(1.0, k), -std::ldexp(1.0, k)}) {
-            for (std::size_t i = 0; i < all.size(); ++i) {
-                const SmallFloat<kDigits> a(all[i].value * scale);
-                for (std::size_t j = i; j < all.size(); ++j)
-                    for (std::size_t n = 0; n < all.size(); ++n)
-                        for (std::size_t m = n; m < all.size(); ++m, ++cases)
-                            wrong += is_wrong_for<kDigits>(a, all[j], all[n], all[m]);
-            }
+    for_each_scale(apart, [&](double scale) {
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const SmallFloat<kDigits> a(all[i].value * scale);
+            for (std::size_t j = i; j < all.size(); ++j)
+                for (std::size_t n = 0; n < all.size(); ++n)
+                    for (std::size_t m = n; m < all.size(); ++m, ++cases)
+                        wrong += is_wrong_for<kDigits>(a, all[j], all[n], all[m]);
         }
-    }
+    });
     return report("difference_of_products", kDigits, cases, wrong);
 }
 

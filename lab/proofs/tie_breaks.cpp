@@ -24,11 +24,11 @@ constexpr int kReach = 3;
 
 /// The edge function of a and b at P times 10^6, for e = 1/1000.
 std::int64_t moved_edge(const vec3& a, const vec3& b) {
-    const auto ax = static_cast<std::int64_t>(a.x);
-    const auto ay = static_cast<std::int64_t>(a.y);
-    const auto bx = static_cast<std::int64_t>(b.x);
-    const auto by = static_cast<std::int64_t>(b.y);
-    return 1'000'000 * (ax * by - ay * bx) + 1'000 * (ay - by) + (bx - ax);
+    // Doubles hold these integers.
+    const glm::dvec3 p(a);
+    const glm::dvec3 q(b);
+    return static_cast<std::int64_t>(1e6 * (p.x * q.y - p.y * q.x) + 1e3 * (p.y - q.y) +
+                                     (q.x - p.x));
 }
 
 std::vector<vec3> grid() {

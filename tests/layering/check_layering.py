@@ -23,8 +23,8 @@ MAY_SEE = {
     "scenes": "common common/interop",
     "lab/methods": f"report shaders {ENGINE}",
     "lab/accuracy": f"lab/methods report scenes {ENGINE}",
-    "lab/bench": f"lab/methods library/include report scenes shaders {ENGINE}",
-    "lab/gpu_model": "lab/bench lab/methods common common/interop",
+    "lab/bench": f"lab/gpu_model lab/methods library/include report scenes shaders {ENGINE}",
+    "lab/gpu_model": "lab/methods cpu common common/interop",
     "lab/proofs": "cpu common common/interop",
     "app": "library/include library/src report scenes common common/interop",
     "tests": f"library/include library/src report scenes {ENGINE}",
@@ -68,7 +68,7 @@ PLACES = {
     # One source that reads JSON, one header for writing it, and what scripts are given.
     "nlohmann/": r"scenes/json/json_at\.h$|app/report/json_parts\.h$|report/plot\.cpp$|tests/",
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "CLI/": r"app/cli/|lab/(bench|gpu_model)/main\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\.cpp$",
+    "CLI/": r"app/cli/|lab/bench/main\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\.cpp$",
     r"(.*/)?stb_image\.h$": "$",
 }
 # The files that Highway compiles once for each target.

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -24,18 +23,6 @@ void bench_scene(const BenchScene& scene, int repeat, Report& report) {
     ours->set_scene(scene.topology(), pose, scene.bvh);
     GpuPeer peer(shared, tree, scene.params, diffuse.rays.size());
     peer.set_rays(diffuse.rays);
-    const auto compare = [&](const char* work, std::uint64_t rays, std::uint32_t mode,
-                             const std::function<double()>& trace, std::span<const Hit> hits) {
-        const auto count_differences = [&] {
-            std::vector<Hit> theirs(hits.size());
-            if (!hits.empty()) peer.read_hits(theirs);
-            return count_other_triangles(hits, theirs);
-        };
-        const Method methods[] = {
-            {"vulkan", {}, [&](std::size_t) { return trace(); }},
-            {"bvh2", {}, [&](std::size_t) { return peer.trace(mode); }, "", count_differences}};
-        report.compare({work, kMrayPerSecond, rays}, methods, 1, repeat);
-    };
     const auto trace_image = [&](std::uint32_t rays, bool with_hits) {
         ImageParams params = scene.params;
         params.rays = rays;
@@ -46,27 +33,31 @@ void bench_scene(const BenchScene& scene, int repeat, Report& report) {
         return frame;
     };
     const Frame seen = trace_image(kRaysPrimary, true);
-    compare(
-        "primary", seen.hits.size(), kPeerCamera,
-        [&] {
-            trace_image(kRaysPrimary, false);
-            return ours->finish().trace_ms;
-        },
-        seen.hits);
-    compare("shadow", count_hits(seen), kPeerShadow,
-            [&] {
-                trace_image(kRaysShadow, false);
-                return ours->finish().secondary_ms;
-            },
-            {});
     std::vector<Hit> hits(diffuse.rays.size());
-    compare(
-        "diffuse", diffuse.active_count, kPeerRays,
-        [&] {
-            ours->trace({diffuse.rays, hits});
-            return ours->finish().trace_ms;
-        },
-        hits);
+    // `ms` is ours; there are no hits where any will do.
+    const auto compare = [&](RayKind kind, std::uint64_t rays, std::uint32_t mode,
+                             double BackendTimes::*ms, std::span<const Hit> found) {
+        const auto trace = [&](std::size_t) {
+            if (kind == RayKind::kDiffuse) {
+                ours->trace({diffuse.rays, hits});
+            } else {
+                trace_image(kind == RayKind::kShadow ? kRaysShadow : kRaysPrimary, false);
+            }
+            return ours->finish().*ms;
+        };
+        const auto count_differences = [&] {
+            std::vector<Hit> theirs(found.size());
+            if (!found.empty()) peer.read_hits(theirs);
+            return count_other_triangles(found, theirs);
+        };
+        const Method methods[] = {
+            {"vulkan", {}, trace},
+            {"bvh2", {}, [&](std::size_t) { return peer.trace(mode); }, "", count_differences}};
+        report.compare({name_of(kind), kMrayPerSecond, rays}, methods, 1, repeat);
+    };
+    compare(RayKind::kPrimary, seen.hits.size(), kPeerCamera, &BackendTimes::trace_ms, seen.hits);
+    compare(RayKind::kShadow, count_hits(seen), kPeerShadow, &BackendTimes::secondary_ms, {});
+    compare(RayKind::kDiffuse, diffuse.active_count, kPeerRays, &BackendTimes::trace_ms, hits);
 }
 
 }  // namespace

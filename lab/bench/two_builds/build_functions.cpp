@@ -1,9 +1,9 @@
 #include "lab/bench/two_builds/build_functions.h"
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 
-#include "common/base/errors.h"
 #include "common/base/thread_arena.h"
 #include "common/version.h"
 #include "lab/bench/bench_scene.h"
@@ -15,17 +15,6 @@ namespace {
 
 // As short as the parts of ./lab/bench/run.
 constexpr std::size_t kParts = 16;
-
-struct OpenScene {
-    ThreadArena arena{1};
-    BenchScene scene;
-};
-
-RaySet rays_of(const BenchScene& scene, const std::string& work) {
-    for (const RayKind kind : kAllKinds)
-        if (work == name_of(kind)) return scene.rays(kind);
-    throw Error(ErrorKind::kBadArgument, "{}: no such work", work);
-}
 
 /// The bytes of all answers to the rays of a set; 0 where it has no rays.
 std::vector<unsigned char> bytes_of(const RaySet& set, const TraceAnswers& traced,
@@ -42,18 +31,20 @@ std::vector<unsigned char> bytes_of(const RaySet& set, const TraceAnswers& trace
 
 BuiltTracer open(const std::string& spec, const std::string& work, const std::string& tracer_name,
                  const std::string& simd) {
+    static ThreadArena arena(1);
     // The scene that was opened last, since works of one scene are opened one after the other.
-    static std::shared_ptr<OpenScene> scene;
-    if (scene == nullptr || scene->scene.name != spec)
-        scene.reset(new OpenScene{.scene = open_bench_scene(spec, BenchOptions().size)});
-    const auto set = std::make_shared<const RaySet>(rays_of(scene->scene, work));
-    for (const Tracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd), *set)) {
+    static std::shared_ptr<const BenchScene> scene;
+    if (scene == nullptr || scene->name != spec)
+        scene = std::make_shared<BenchScene>(open_bench_scene(spec, BenchOptions().size));
+    const auto kind = std::ranges::find(kAllKinds, work, name_of);
+    const auto set = std::make_shared<const RaySet>(scene->rays(*kind));
+    for (const Tracer& tracer : our_tracers(scene->bvh, find_simd_target(simd), *set)) {
         if (tracer.name != tracer_name) continue;
         const std::vector<TileRange> parts = set->ranges(kParts);
         const std::size_t size = set->any_hit() ? 1 : sizeof(Hit);
         return {set->active_count, parts.size(), size,
                 [opened = scene, set, tracer, parts](std::size_t part) {
-                    opened->arena.execute([&] { tracer.trace(parts[part]); });
+                    arena.execute([&] { tracer.trace(parts[part]); });
                 },
                 [set, tracer, size] { return bytes_of(*set, tracer.answers(), size); }};
     }
