@@ -110,16 +110,15 @@ class _MeshScene:
     def faces_at(self, vertices):
         """The faces at each of `vertices`: (place in `vertices`, face) of each pair."""
         if self._fans is None:
-            # The faces at vertex v are fan[first[v]:first[v + 1]].
             corners = self.faces.ravel()
-            count = np.bincount(corners, minlength=len(self.points))
-            self._fans = (np.concatenate([[0], np.cumsum(count)]),
-                          np.argsort(corners, kind="stable") // 3)
-        first, fan = self._fans
-        count = first[vertices + 1] - first[vertices]
+            order = np.argsort(corners, kind="stable")
+            self._fans = corners[order], order // 3
+        corners, fan = self._fans
+        first, last = (np.searchsorted(corners, vertices, side) for side in ("left", "right"))
+        count = last - first
         owner = np.repeat(np.arange(len(vertices)), count)
         within = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        return owner, fan[first[vertices][owner] + within]
+        return owner, fan[first[owner] + within]
 
     def contains(self, points):
         """No point outside of the bounds is inside, also of a mesh with holes."""
