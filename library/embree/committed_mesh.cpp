@@ -49,13 +49,12 @@ void CommittedMesh::make_normals() {
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; i < own_normals.size(); ++i) {
         if (!find_traced_corners(i, corners)) continue;
-        const morphray::Vec3 a = vertex(corners[0]);
-        const morphray::Vec3 b = vertex(corners[1]);
-        const morphray::Vec3 c = vertex(corners[2]);
-        const morphray::Vec3 e1 = {b.x - a.x, b.y - a.y, b.z - a.z};
-        const morphray::Vec3 e2 = {c.x - a.x, c.y - a.y, c.z - a.z};
-        own_normals[i] = {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z,
-                          e1.x * e2.y - e1.y * e2.x};
+        const auto at = [&](std::size_t corner) {
+            const morphray::Vec3 p = vertex(corners[corner]);
+            return glm::vec3(p.x, p.y, p.z);
+        };
+        const glm::vec3 normal = glm::cross(at(1) - at(0), at(2) - at(0));
+        own_normals[i] = {normal.x, normal.y, normal.z};
     }
     normals = own_normals.data();
 }

@@ -9,6 +9,7 @@
 #endif
 
 #include <atomic>
+#include <memory>
 #include <type_traits>
 #include <utility>
 
@@ -44,31 +45,20 @@ private:
     std::atomic<int> references_ = 1;
 };
 
+/// Keeps the object while a copy of it lives.
 template <class Type>
-class Ref {
-public:
-    Ref() = default;
-    explicit Ref(Type* object) : object_(object) {
-        if (object_ != nullptr) object_->retain();
-    }
-    Ref(const Ref& other) : Ref(other.object_) {}
-    Ref(Ref&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
-    Ref& operator=(Ref other) noexcept {
-        std::swap(object_, other.object_);
-        return *this;
-    }
-    ~Ref() {
-        if (object_ != nullptr) object_->release();
-    }
+using Ref = std::shared_ptr<Type>;
 
-    Type* get() const { return object_; }
-    Type& operator*() const { return *object_; }
-    Type* operator->() const { return object_; }
-    bool operator==(const Ref&) const = default;
-
-private:
-    Type* object_ = nullptr;
-};
+/// Takes over the reference of the maker.
+template <class Type>
+Ref<Type> owned(Type* made) {
+    return {made, [](Type* object) { object->release(); }};
+}
+template <class Type>
+Ref<Type> share(Type& object) {
+    object.retain();
+    return owned(&object);
+}
 
 /// The reason why a call does nothing. The message is one line.
 struct Failure {

@@ -10,9 +10,6 @@
 namespace mray::embree {
 namespace {
 
-constexpr std::size_t kPadding = 16;
-constexpr std::align_val_t kAlignment{64};
-
 struct MatrixLayout {
     int row_step;
     int column_step;
@@ -38,14 +35,7 @@ BufferView make_view(const Geometry& geometry, Buffer& buffer, RTCFormat format,
     check_places(geometry, reinterpret_cast<std::uintptr_t>(buffer.data()) + offset, stride);
     if (buffer.data() == nullptr && count > 0) fail_argument("the buffer has no data");
     char* const data = buffer.data() == nullptr ? nullptr : buffer.data() + offset;
-    return {Ref<Buffer>(&buffer), format, data, stride, count};
-}
-
-/// A buffer that only the views of it keep alive.
-Ref<Buffer> owned(Buffer* made) {
-    const Ref<Buffer> buffer(made);
-    made->release();
-    return buffer;
+    return {share(buffer), format, data, stride, count};
 }
 
 void set_enabled(const char* call, RTCGeometry geometry, bool is_enabled) {
@@ -65,19 +55,17 @@ void set_filter(const char* call, RTCGeometry geometry, RTCFilterFunctionN Geome
 
 }  // namespace
 
-Buffer::Buffer(Device& device, std::size_t size) : device_(&device), size_(size), is_own_(true) {
+Buffer::Buffer(Device& device, std::size_t size) : device_(share(device)), size_(size) {
+    constexpr std::size_t kPadding = 16;
     if (size > SIZE_MAX / 2) throw std::bad_alloc();
-    data_ = static_cast<char*>(::operator new(size + kPadding, kAlignment));
+    own_.reset(new Block[(size + kPadding + sizeof(Block) - 1) / sizeof(Block)]);
+    data_ = own_[0].bytes;
 }
 
 Buffer::Buffer(Device& device, void* data, std::size_t size)
-    : device_(&device), size_(size), data_(static_cast<char*>(data)) {}
+    : device_(share(device)), size_(size), data_(static_cast<char*>(data)) {}
 
-Buffer::~Buffer() {
-    if (is_own_) ::operator delete(data_, kAlignment);
-}
-
-Geometry::Geometry(Device& device, RTCGeometryType type) : device_(&device), type_(type) {
+Geometry::Geometry(Device& device, RTCGeometryType type) : device_(share(device)), type_(type) {
     const bool is_mesh = type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD;
     if (!is_mesh && !is_instance() && unsupported() == nullptr)
         fail_argument("the type of geometry is unknown");
@@ -85,8 +73,6 @@ Geometry::Geometry(Device& device, RTCGeometryType type) : device_(&device), typ
     buffers_[{RTC_BUFFER_TYPE_INDEX, 0}] = {};
     buffers_[{RTC_BUFFER_TYPE_VERTEX, 0}] = {};
 }
-
-Geometry::~Geometry() = default;
 
 const char* Geometry::unsupported() const {
     if (type_ == RTC_GEOMETRY_TYPE_GRID) return "grids are";
@@ -306,7 +292,7 @@ void rtcSetGeometryInstancedScene(RTCGeometry geometry, RTCScene scene) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
         g.require_instance();
         if (scene == nullptr) fail_argument("the scene is null");
-        g.instanced = Ref<SceneObject>(reinterpret_cast<SceneObject*>(scene));
+        g.instanced = share(*reinterpret_cast<SceneObject*>(scene));
         ++g.version.shape;
     });
 }

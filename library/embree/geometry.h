@@ -20,7 +20,6 @@ public:
     Buffer(Device& device, std::size_t size);
     /// Borrows `size` bytes.
     Buffer(Device& device, void* data, std::size_t size);
-    ~Buffer() override;
 
     Device& device() const { return *device_; }
     char* data() const { return data_; }
@@ -29,7 +28,10 @@ public:
 private:
     Ref<Device> device_;
     std::size_t size_;
-    bool is_own_ = false;
+    struct alignas(64) Block {
+        char bytes[64];
+    };
+    std::unique_ptr<Block[]> own_;
     char* data_;
 };
 
@@ -75,7 +77,6 @@ class Geometry final : public Object {
 public:
     /// Throws Failure for types that Embree does not have.
     Geometry(Device& device, RTCGeometryType type);
-    ~Geometry() override;
 
     Device& device() const { return *device_; }
     bool is_instance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }

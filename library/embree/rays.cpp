@@ -12,7 +12,6 @@ constexpr std::size_t kHitMembers = MORPHRAY_EMBREE == 3 ? 8 : 9;
 void copy_hit(RTCHit& to, const RTCHit& from) { std::memcpy(&to, &from, 4 * kHitMembers); }
 
 struct QueryOptions {
-    /// The context may be null.
     Context* context = nullptr;
     /// The filter of context or arguments is null if there is none.
     RTCFilterFunctionN filter = nullptr;
@@ -79,7 +78,6 @@ public:
             return (mask & ray_mask) != 0;
         });
     }
-    /// Prefetches what set_hit() reads of the triangle.
     void prefetch(const morphray::Hit& found) const {
         if (found) __builtin_prefetch(&committed_.meshes[found.geom_id].normals[found.prim_id]);
     }

@@ -4,7 +4,6 @@
 
 namespace mray::embree {
 struct PrimBox : Bounds {
-    /// The mesh in Committed::meshes, and its primitive.
     std::uint32_t mesh;
     std::uint32_t prim_id;
 };
@@ -85,11 +84,6 @@ bool has_same_shape(const CommittedMesh& p, const CommittedMesh& q) {
     return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.geometry == q.geometry &&
            p.instance == q.instance && p.versions[0].shape == q.versions[0].shape &&
            p.versions[1].shape == q.versions[1].shape;
-}
-
-bool has_moved(const CommittedMesh& before, const CommittedMesh& now) {
-    return before.versions[0].pose != now.versions[0].pose ||
-           before.versions[1].pose != now.versions[1].pose;
 }
 
 /// Computes what the tracer reads and what answers tell, which the meshes of one mesh share.
@@ -202,7 +196,7 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     if (id > kMost) fail_argument("the geometry ID is too large");
     if (attachments_.contains(id))
         fail_operation("the geometry ID " + std::to_string(id) + " is taken");
-    attachments_.emplace(id, Ref<Geometry>(&geometry));
+    attachments_.emplace(id, share(geometry));
     return id;
 }
 
@@ -280,8 +274,9 @@ bool SceneObject::update(const std::vector<CommittedMesh>& meshes) {
     std::vector<std::size_t> moved;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         CommittedMesh& mesh = committed_->meshes[i];
-        if (has_moved(mesh, meshes[i])) moved.push_back(i);
-        mesh.versions = meshes[i].versions;
+        const auto before = std::exchange(mesh.versions, meshes[i].versions);
+        if (before[0].pose != mesh.versions[0].pose || before[1].pose != mesh.versions[1].pose)
+            moved.push_back(i);
     }
     for (const std::size_t i : moved) {
         CommittedMesh& mesh = committed_->meshes[i];

@@ -40,7 +40,7 @@ private:
 /// Many threads may ask and attach at a time. A commit during queries of the scene is undefined.
 class SceneObject final : public Object {
 public:
-    explicit SceneObject(Device& device) : device_(&device) {}
+    explicit SceneObject(Device& device) : device_(share(device)) {}
 
     Device& device() const { return *device_; }
 

@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 import morphray
-from lidar import make_scene, move
+from lidar import make_scene, move, parse_with_device
 
 
 def camera_ring(count):
@@ -47,9 +47,6 @@ if __name__ == "__main__":
     parser.add_argument("--steps", type=int, default=200)
     parser.add_argument("--cameras", type=int, default=256)
     parser.add_argument("--size", type=int, default=64, help="of an image, in pixels a side")
-    parser.add_argument("--device", choices=["cpu", "vulkan", "brute"], default="cpu")
-    parser.add_argument("--threads", type=int, default=0, help="of the CPU; 0: all")
-    options = parser.parse_args()
-    device = morphray.Device.cpu(options.threads) if options.device == "cpu" else options.device
+    device, options = parse_with_device(parser)
     digest, milliseconds = run(options.steps, options.cameras, options.size, device)
     print(f"{digest}  {milliseconds:.1f} ms a step")

@@ -8,6 +8,7 @@ import argparse
 import numpy as np
 
 import morphray
+from lidar import parse_with_device
 
 
 def fold(amount, rows, columns=60):
@@ -51,10 +52,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--rows", type=int, default=600)
-    parser.add_argument("--device", choices=["cpu", "vulkan", "brute"], default="cpu")
-    parser.add_argument("--threads", type=int, default=0, help="of the CPU; 0: all")
     parser.add_argument("--out", help="a picture of that frame")
-    options = parser.parse_args()
-    device = morphray.Device.cpu(options.threads) if options.device == "cpu" else options.device
+    device, options = parse_with_device(parser)
     frame, count = run(options.frames, options.rows, device, options.out)
     print("it never crosses" if frame is None else f"frame {frame}: {count} pairs of triangles cross")

@@ -17,6 +17,14 @@ import morphray
 CARRIER = 1  # geom_id of the body that carries the lidar
 
 
+def parse_with_device(parser):
+    """The device and all options of a program that has --device and --threads, too."""
+    parser.add_argument("--device", choices=["cpu", "vulkan", "brute"], default="cpu")
+    parser.add_argument("--threads", type=int, default=0, help="of the CPU; 0: all")
+    options = parser.parse_args()
+    return morphray.Device.cpu(options.threads) if options.device == "cpu" else options.device, options
+
+
 def grid(across, down):
     """The triangles of a grid of points, `across` in a row."""
     corner = (np.arange(down - 1)[:, None] * across + np.arange(across - 1)).ravel()
@@ -97,9 +105,6 @@ if __name__ == "__main__":
     parser.add_argument("--sweeps", type=int, default=10)
     parser.add_argument("--updates", type=int, default=20, help="of the scene, a sweep")
     parser.add_argument("--columns", type=int, default=1800, help="of 16 rays each, a sweep")
-    parser.add_argument("--device", choices=["cpu", "vulkan", "brute"], default="cpu")
-    parser.add_argument("--threads", type=int, default=0, help="of the CPU; 0: all")
-    options = parser.parse_args()
-    device = morphray.Device.cpu(options.threads) if options.device == "cpu" else options.device
+    device, options = parse_with_device(parser)
     digest, milliseconds = run(options.sweeps, options.updates, options.columns, device)
     print(f"{digest}  {milliseconds:.1f} ms a sweep")

@@ -62,7 +62,6 @@ WholeLists list_uncertain(const RayPart& part, Crossing crossing, std::span<std:
     return whole;
 }
 
-/// Lists the first hits of rays.
 mray::HitLists list_first_hits(const RayPart& part, const AllHitsOptions& options) {
     mray::HitLists lists;
     part.ask(mray::ListQuery{part.rays, crossing_of(options.crossing), options.max_hits, lists});

@@ -114,7 +114,6 @@ std::span<const Ray> in_order(std::span<const Ray> part, std::span<const std::ui
     return std::span(room).first(count);
 }
 
-/// Traces a part of the rays in runs until it is cancelled.
 template <class Answer>
 void trace_in_runs(SceneImpl& scene, std::span<const Ray> part,
                    std::span<const std::uint32_t> order, std::span<Answer> answers,

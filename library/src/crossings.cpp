@@ -1,10 +1,11 @@
-// Pairs of triangles that cross: all leaves of the host's tree are asked in threads, and what the
-// tree has in no leaf, because an earlier triangle is the same, is added.
+// Pairs of triangles that cross.
 #include "common/scene/triangle_crossing.h"
 #include "cpu/queries/crossing_pairs.h"
 #include "library/src/query_plan.h"
 
 #include <tbb/enumerable_thread_specific.h>
+
+#include <numeric>
 
 namespace morphray {
 namespace {
@@ -14,28 +15,6 @@ using mray::cpu::kInFirstSet;
 using mray::cpu::kInSecondSet;
 using mray::cpu::TrianglePair;
 
-constexpr std::uint64_t kAllPairs = std::numeric_limits<std::uint64_t>::max();
-
-/// Marks the visible triangles of the meshes, or of all.
-void add_set(const SceneImpl& scene, const std::optional<std::span<const std::uint32_t>>& geom_ids,
-             const QueryOptions& options, std::uint8_t set, std::vector<std::uint8_t>& sets) {
-    const auto add = [&](const MeshSlot& mesh, std::uint32_t geom_id) {
-        if (!mesh.used || (options.visible && (*options.visible)[geom_id] == 0)) return;
-        for (std::uint32_t i = 0; i < mesh.prim_count; ++i) sets[mesh.first_prim + i] |= set;
-    };
-    const std::span<const MeshSlot> slots = scene.meshes().slots();
-    if (!geom_ids) {
-        for (std::uint32_t id = 0; id < slots.size(); ++id) add(slots[id], id);
-        return;
-    }
-    for (const std::uint32_t id : *geom_ids) {
-        if (scene.meshes().find(id) == nullptr)
-            throw_bad_argument("crossings: the geom_id {}, which no mesh has", id);
-        add(slots[id], id);
-    }
-}
-
-/// The triangles that pairs are made of.
 class CrossingSearch {
 public:
     CrossingSearch(SceneImpl& scene, const CrossingOptions& which, const QueryOptions& options)
@@ -45,9 +24,8 @@ public:
           topology_(scene.meshes().topology()) {
         if (which.geom_ids || which.other || options.visible) {
             sets_.resize(topology_.triangles.size());
-            add_set(scene, which.geom_ids, options, kInFirstSet, sets_);
-            add_set(scene, which.other ? which.other : which.geom_ids, options, kInSecondSet,
-                    sets_);
+            add_set(which.geom_ids, kInFirstSet);
+            add_set(which.other ? which.other : which.geom_ids, kInSecondSet);
         }
         // In the tree a triangle stands for those that are the same.
         tree_sets_ = sets_;
@@ -74,7 +52,10 @@ public:
                 found.clear();
                 find(crossing_scene, static_cast<std::uint32_t>(i), found);
                 all.clear();
-                for (const TrianglePair& pair : found) add_alike(pair, all);
+                for (const TrianglePair& pair : found)
+                    for_each_alike(pair.first, [&](std::uint32_t a) {
+                        for_each_alike(pair.second, [&](std::uint32_t b) { add(a, b, all); });
+                    });
                 if (!all.empty() && !take(all)) is_over = true;
             }
         };
@@ -91,25 +72,33 @@ private:
     std::span<const mray::vec3> positions() const {
         return world_.empty() ? scene_.pose().positions() : world_;
     }
-    bool is_asked(std::uint32_t a, std::uint32_t b) const {
-        if (sets_.empty()) return true;
-        return ((sets_[a] & kInFirstSet) != 0 && (sets_[b] & kInSecondSet) != 0) ||
-               ((sets_[a] & kInSecondSet) != 0 && (sets_[b] & kInFirstSet) != 0);
+    /// Marks the visible triangles of the meshes, or of all.
+    void add_set(const std::optional<std::span<const std::uint32_t>>& geom_ids, std::uint8_t set) {
+        const MeshList& meshes = scene_.meshes();
+        std::vector<std::uint32_t> all(meshes.slots().size());
+        std::iota(all.begin(), all.end(), 0u);
+        for (const std::uint32_t id : geom_ids.value_or(all)) {
+            const MeshSlot* const mesh = meshes.find(id);
+            if (mesh == nullptr && geom_ids)
+                throw_bad_argument("crossings: the geom_id {}, which no mesh has", id);
+            const auto& visible = filter_.options().visible;
+            if (mesh == nullptr || (visible && (*visible)[id] == 0)) continue;
+            for (std::uint8_t& own : std::span(sets_).subspan(mesh->first_prim, mesh->prim_count))
+                own |= set;
+        }
     }
     void add(std::uint32_t a, std::uint32_t b, std::vector<TrianglePair>& pairs) const {
-        if (is_asked(a, b)) pairs.push_back({std::min(a, b), std::max(a, b)});
+        const auto has = [&](std::uint32_t prim, std::uint8_t set) {
+            return sets_.empty() || (sets_[prim] & set) != 0;
+        };
+        if ((has(a, kInFirstSet) && has(b, kInSecondSet)) ||
+            (has(a, kInSecondSet) && has(b, kInFirstSet)))
+            pairs.push_back({std::min(a, b), std::max(a, b)});
     }
-    /// Adds a pair, and those of triangles that are the same.
-    void add_alike(const TrianglePair& pair, std::vector<TrianglePair>& pairs) const {
-        add(pair.first, pair.second, pairs);
-        if (tree_.repeated.empty()) return;
-        const auto alike = mray::repeats_of(tree_.repeated, pair.first);
-        const auto alike_second = mray::repeats_of(tree_.repeated, pair.second);
-        for (const auto& b : alike_second) add(pair.first, b.prim_id, pairs);
-        for (const auto& a : alike) {
-            add(a.prim_id, pair.second, pairs);
-            for (const auto& b : alike_second) add(a.prim_id, b.prim_id, pairs);
-        }
+    template <class Visit>
+    void for_each_alike(std::uint32_t prim, Visit visit) const {
+        visit(prim);
+        for (const auto& repeat : mray::repeats_of(tree_.repeated, prim)) visit(repeat.prim_id);
     }
     /// Takes the pairs of triangles that are the same.
     template <class Take>
@@ -118,22 +107,20 @@ private:
         const std::span<const mray::RepeatedTriangle> all = tree_.repeated;
         for (std::size_t i = 0; i < all.size(); ++i) {
             if (filter_.watch().is_cancelled()) return;
-            const mray::uvec3 t = topology_.triangles[all[i].first];
-            if (!all_kept(t)) continue;
-            const std::array<mray::vec3, 3> corners{positions()[t.x], positions()[t.y],
-                                                    positions()[t.z]};
-            if (!mray::triangles_cross(corners, corners)) continue;
+            std::array<mray::vec3, 3> corners;
+            bool is_kept = true;
+            for (int k = 0; k < 3; ++k) {
+                const std::uint32_t vertex = topology_.triangles[all[i].first][k];
+                is_kept &= mray::is_finite_vertex(scene_.pose().positions()[vertex]);
+                corners[static_cast<std::size_t>(k)] = positions()[vertex];
+            }
+            if (!is_kept || !mray::triangles_cross(corners, corners)) continue;
             pairs.clear();
             add(all[i].first, all[i].prim_id, pairs);
             for (std::size_t k = i + 1; k < all.size() && all[k].first == all[i].first; ++k)
                 add(all[i].prim_id, all[k].prim_id, pairs);
             if (!pairs.empty() && !take(pairs)) return;
         }
-    }
-    bool all_kept(const mray::uvec3& t) const {
-        const std::span<const mray::vec3> scene = scene_.pose().positions();
-        return mray::is_finite_vertex(scene[t.x]) && mray::is_finite_vertex(scene[t.y]) &&
-               mray::is_finite_vertex(scene[t.z]);
     }
 
     SceneImpl& scene_;
@@ -146,7 +133,6 @@ private:
     std::vector<mray::vec3> world_;
 };
 
-/// The first pairs, and the number of all.
 struct FirstPairs {
     std::vector<TrianglePair> pairs;
     std::uint64_t count = 0;
@@ -156,7 +142,7 @@ struct FirstPairs {
         count += more.size();
         if (limit == 0) return;
         pairs.insert(pairs.end(), more.begin(), more.end());
-        if (limit < kAllPairs / 2 && pairs.size() > 2 * limit + kRoom) keep_first(limit);
+        if (pairs.size() > kRoom && pairs.size() / 2 > limit) keep_first(limit);
     }
     void keep_first(std::uint64_t limit) {
         if (pairs.size() <= limit) return;

@@ -7,24 +7,7 @@
 #include "library/src/query_plan.h"
 
 namespace morphray {
-namespace {
-
 using namespace detail;
-
-/// The normals of the corners of the triangle, interpolated; `flat` where they are not smooth.
-mray::vec3 smooth_normal_at(const mray::VertexNormals& smooth, std::uint32_t prim, const Hit& hit,
-                            mray::vec3 flat) {
-    const mray::uvec3 ids = smooth.ids()[prim];
-    mray::vec3 corners[3];
-    for (int k = 0; k < 3; ++k) {
-        corners[k] = ids[k] == mray::kFlatCorner
-                         ? flat
-                         : mray::corner_normal(smooth.normals()[ids[k]], flat);
-    }
-    return mray::smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
-}
-
-}  // namespace
 
 mray::vec3 detail::flat_normal(const SceneImpl& scene, std::uint32_t prim) {
     const mray::uvec3 corners = scene.meshes().topology().triangles[prim];
@@ -36,6 +19,15 @@ mray::vec3 detail::flat_normal(const SceneImpl& scene, std::uint32_t prim) {
     const double length = glm::length(normal);
     if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
     return mray::vec3(normal / length);
+}
+
+std::array<mray::vec3, 3> detail::corner_normals(const mray::VertexNormals& smooth,
+                                                 std::uint32_t prim, mray::vec3 flat) {
+    const mray::uvec3 ids = smooth.ids()[prim];
+    const auto at = [&](std::uint32_t id) {
+        return id == mray::kFlatCorner ? flat : mray::corner_normal(smooth.normals()[id], flat);
+    };
+    return {at(ids.x), at(ids.y), at(ids.z)};
 }
 
 void Scene::normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth) const {
@@ -60,8 +52,10 @@ void Scene::normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smo
                     const std::uint32_t prim = meshes.find(hit.geom_id)->first_prim + hit.prim_id;
                     normal = flat_normal(scene, prim);
                     const bool has_area = normal.x != 0 || normal.y != 0 || normal.z != 0;
-                    if (smooth_normals != nullptr && has_area)
-                        normal = smooth_normal_at(*smooth_normals, prim, hit, normal);
+                    if (smooth_normals != nullptr && has_area) {
+                        const auto [a, b, c] = corner_normals(*smooth_normals, prim, normal);
+                        normal = mray::smooth_normal(a, b, c, hit.u, hit.v);
+                    }
                 }
                 normals[i] = {normal.x, normal.y, normal.z};
             }

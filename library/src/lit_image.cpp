@@ -34,10 +34,6 @@ struct SampleBatch {
     std::vector<mray::Ray> rays;
     std::vector<std::size_t> samples;
 
-    void clear() {
-        rays.clear();
-        samples.clear();
-    }
     void add(const mray::Ray& ray, std::size_t sample) {
         rays.push_back(ray);
         samples.push_back(sample);
@@ -65,11 +61,13 @@ public:
             const std::uint32_t count = std::min(band, params_.height - begin);
             scene_.arena().execute([&] {
                 tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t i) {
-                    rows[i].clear();
+                    rows[i].rays.clear();
+                    rows[i].samples.clear();
                     ask(begin + i, rows[i]);
                 });
             });
-            batch.clear();
+            batch.rays.clear();
+            batch.samples.clear();
             for (const SampleBatch& row : std::span(rows).first(count)) {
                 batch.rays.insert(batch.rays.end(), row.rays.begin(), row.rays.end());
                 batch.samples.insert(batch.samples.end(), row.samples.begin(), row.samples.end());
@@ -168,20 +166,12 @@ private:
 /// The smooth surface above a hit of a flat one; nothing if all corners are flat.
 std::optional<mray::Surface> surface_above(const mray::cpu::LitSamples& samples,
                                            const mray::Surface& flat, const mray::Hit& hit) {
-    const mray::uvec3 ids = samples.view.normals->ids()[hit.prim_id];
+    const mray::VertexNormals& smooth = *samples.view.normals;
+    if (smooth.ids()[hit.prim_id] == mray::uvec3(mray::kFlatCorner)) return std::nullopt;
     const mray::uvec3 t = samples.topology.triangles[hit.prim_id];
-    mray::vec3 places[3], normals[3];
-    bool is_flat = true;
-    for (int k = 0; k < 3; ++k) {
-        places[k] = samples.positions[t[k]];
-        normals[k] = flat.normal;
-        if (ids[k] == mray::kFlatCorner) continue;
-        normals[k] = mray::corner_normal(samples.view.normals->normals()[ids[k]], flat.normal);
-        is_flat = false;
-    }
-    if (is_flat) return std::nullopt;
-    return mray::smooth_surface(flat, places[0], places[1], places[2], normals[0], normals[1],
-                                normals[2], hit.u, hit.v);
+    const auto [a, b, c] = corner_normals(smooth, hit.prim_id, flat.normal);
+    return mray::smooth_surface(flat, samples.positions[t.x], samples.positions[t.y],
+                                samples.positions[t.z], a, b, c, hit.u, hit.v);
 }
 
 /// Replaces each hit in a hole by the next hit of its ray: camera rays first, then shadow rays and
@@ -361,7 +351,6 @@ bool render_on_device(SceneImpl& scene, const mray::LitView& lit, bool with_hits
     return true;
 }
 
-/// Shades traced samples, and traces what the colours still need.
 void shade_on_host(SceneImpl& scene, const mray::Watch& watch, const mray::LitView& lit,
                    TracedImage& traced, Image& image) {
     const MeshList& meshes = scene.meshes();

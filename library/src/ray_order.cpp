@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include <glm/common.hpp>
+#include <glm/gtc/bitfield.hpp>
 
 namespace morphray::detail {
 namespace {
@@ -89,22 +90,6 @@ struct Item {
     std::uint32_t key;
     std::uint32_t index;
 };
-
-/// x with a zero between its bits, for x < 2^16.
-std::uint32_t spread_by_2(std::uint32_t x) {
-    x = (x | (x << 8)) & 0x00FF00FFu;
-    x = (x | (x << 4)) & 0x0F0F0F0Fu;
-    x = (x | (x << 2)) & 0x33333333u;
-    return (x | (x << 1)) & 0x55555555u;
-}
-
-/// x with two zeros between its bits, for x < 2^10.
-std::uint32_t spread_by_3(std::uint32_t x) {
-    x = (x | (x << 16)) & 0x030000FFu;
-    x = (x | (x << 8)) & 0x0300F00Fu;
-    x = (x | (x << 4)) & 0x030C30C3u;
-    return (x | (x << 2)) & 0x09249249u;
-}
 
 void sort_by_digit(std::span<const Item> from, std::span<Item> to, std::uint32_t shift) {
     constexpr std::uint32_t kMask = (1u << kPassBits) - 1;
@@ -199,16 +184,18 @@ std::vector<std::uint32_t> order_points(std::span<const Vec3> points,
     }
     std::vector<Item> items(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
-        std::uint32_t key = 0;
+        std::uint32_t cell_of[3] = {};
         const float coordinates[] = {points[i].x, points[i].y, points[i].z};
         for (int axis = 0; axis < axes; ++axis) {
             const float cell = (coordinates[axis] - lower[axis]) * scale[axis];
             // Comparisons that are false for NaN.
             const float clamped = cell >= 0 ? (cell < cells ? cell : cells - 1) : 0;
-            const auto number = static_cast<std::uint32_t>(clamped);
-            key |= (axes == 2 ? spread_by_2(number) : spread_by_3(number)) << axis;
+            cell_of[axis] = static_cast<std::uint32_t>(clamped);
         }
-        items[i] = {key, static_cast<std::uint32_t>(i)};
+        const auto& [x, y, z] = cell_of;
+        const std::uint64_t key =
+            axes == 2 ? glm::bitfieldInterleave(x, y) : glm::bitfieldInterleave(x, y, z);
+        items[i] = {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(i)};
     }
     std::vector<Item> sorted(items.size());
     sort_by_digit(items, sorted, 0);

@@ -32,7 +32,6 @@ void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image
     image.linear.clear();
 }
 
-/// Fills hits, occlusion and both hashes of an image whose pixels are there.
 void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray::Watch& watch,
                Image& image) {
     mray::Frame& frame = traced.samples;

@@ -95,6 +95,9 @@ private:
 
 /// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
 mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim);
+/// The normals of its corners: `flat` for those that are not smooth.
+std::array<mray::vec3, 3> corner_normals(const mray::VertexNormals& smooth, std::uint32_t prim,
+                                         mray::vec3 flat);
 
 /// Throws Error for a scene that has been moved from.
 inline SceneImpl& require(const std::unique_ptr<SceneImpl>& impl) {

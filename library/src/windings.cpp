@@ -10,7 +10,6 @@ namespace {
 
 using namespace detail;
 
-/// The crossings of a half-line from a point.
 struct PointWinding : mray::FloatWinding {
     bool is_on_surface = false;
 

@@ -44,25 +44,27 @@ template <class Item, class Work>
 void ask(PyScene& scene, const QueryArray& queries, const QueryKeywords& keywords, Work work) {
     const auto visible = visible_of(keywords.visible);
     const auto excluded = excluded_of(keywords.excluded, queries);
-    QueryOptions options{.coherence = keywords.coherence, .threads = keywords.threads};
-    if (visible) options.visible = *visible;
-    if (excluded) options.excluded = *excluded;
+    QueryOptions options{.coherence = keywords.coherence,
+                         .threads = keywords.threads,
+                         .visible = visible,
+                         .excluded = excluded};
     scene.query(queries.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
         options.cancel = cancelled;
         work(asked, queries.items<Item>(), options);
     });
 }
 
-/// Calls `work(scene, items, results, options)`. `Written` has the size of the dtype.
-template <class Item, class Written, class Work>
-py::array answer(PyScene& scene, const QueryArray& queries, const py::object& out,
-                 const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
+/// What a member of Scene answers. `Written` has the size of the dtype; `more` are arguments
+/// between the answers and the options.
+template <class Item, class Written, class Query, class... More>
+py::array answer(PyScene& scene, const QueryKeywords& keywords, const QueryArray& queries,
+                 const py::object& out, const py::dtype& dtype, Query query, const More&... more) {
     py::array array = results_for(queries, out, dtype);
     assert(array.itemsize() == sizeof(Written));
     const std::span results(static_cast<Written*>(array.mutable_data()), queries.count);
     ask<Item>(scene, queries, keywords,
               [&](const Scene& asked, std::span<const Item> items, const QueryOptions& options) {
-                  work(asked, items, results, options);
+                  (asked.*query)(items, results, more..., options);
               });
     return array;
 }
@@ -77,21 +79,18 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
     return py::array(dtype, static_cast<py::ssize_t>(vector.size()), vector.data(), owner);
 }
 
-/// Calls intersect() if an answer is a Hit, and occluded() otherwise.
+/// A member of Scene that is overloaded.
 template <class Answer>
+using FindFirst = void (Scene::*)(std::span<const Ray>, std::span<Answer>,
+                                  const QueryOptions&) const;
+
+template <class Answer, FindFirst<Answer> find>
 py::array trace(PyScene& scene, QueryKeywords keywords, const py::object& rays,
                 const py::object& out, const py::object& coherence) {
-    constexpr bool kIsHit = std::is_same_v<Answer, Hit>;
     keywords.coherence = coherence_of(coherence);
-    return answer<Ray, Answer>(
-        scene, rays_of(rays, scene.origin()), out, kIsHit ? hit_dtype() : py::dtype::of<bool>(),
-        keywords, [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
-            if constexpr (kIsHit) {
-                asked.intersect(batch, answers, options);
-            } else {
-                asked.occluded(batch, answers, options);
-            }
-        });
+    return answer<Ray, Answer>(scene, keywords, rays_of(rays, scene.origin()), out,
+                               std::is_same_v<Answer, Hit> ? hit_dtype() : py::dtype::of<bool>(),
+                               find);
 }
 
 py::object intersect_all(PyScene& scene, QueryKeywords keywords, const py::object& rays,
@@ -115,11 +114,8 @@ py::array count(PyScene& scene, QueryKeywords keywords, const py::object& rays,
                 const py::object& out, const py::object& crossing, const py::object& coherence) {
     const Crossing rule = crossing_named(crossing);
     keywords.coherence = coherence_of(coherence);
-    return answer<Ray, std::uint64_t>(
-        scene, rays_of(rays, scene.origin()), out, py::dtype::of<std::int64_t>(), keywords,
-        [&](const Scene& asked, auto batch, auto counts, const QueryOptions& options) {
-            asked.count(batch, counts, rule, options);
-        });
+    return answer<Ray, std::uint64_t>(scene, keywords, rays_of(rays, scene.origin()), out,
+                                      py::dtype::of<std::int64_t>(), &Scene::count, rule);
 }
 
 py::array normals(PyScene& scene, const py::object& hits, const py::object& smooth) {
@@ -138,22 +134,16 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
 py::array winding(PyScene& scene, QueryKeywords keywords, const py::object& points,
                   const py::object& out) {
     scene.warn_if_open({});
-    return answer<Vec3, std::int32_t>(
-        scene, query_points_of(points, scene.origin()), out, py::dtype::of<std::int32_t>(),
-        keywords, [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
-            asked.winding(where, windings, options);
-        });
+    return answer<Vec3, std::int32_t>(scene, keywords, query_points_of(points, scene.origin()), out,
+                                      py::dtype::of<std::int32_t>(), &Scene::winding);
 }
 
 py::array contains(PyScene& scene, QueryKeywords keywords, const py::object& points,
                    const py::object& out, const py::object& rule) {
     const FillRule fill = rule_named(rule);
     scene.warn_if_open(fill);
-    return answer<Vec3, std::uint8_t>(
-        scene, query_points_of(points, scene.origin()), out, py::dtype::of<bool>(), keywords,
-        [&](const Scene& asked, auto where, auto inside, const QueryOptions& options) {
-            asked.contains(where, inside, fill, options);
-        });
+    return answer<Vec3, std::uint8_t>(scene, keywords, query_points_of(points, scene.origin()), out,
+                                      py::dtype::of<bool>(), &Scene::contains, fill);
 }
 
 float distance_of(const py::object& most) {
@@ -180,16 +170,15 @@ py::array closest_points(PyScene& scene, QueryKeywords keywords, const py::objec
     const float most = distance_of(max_distance);
     const Point& origin = scene.origin();
     const bool is_far = origin != Point{};
-    const py::array found = answer<Vec3, ClosestPoint>(
-        scene, query_points_of(points, scene.origin()), is_far ? py::none() : out, closest_dtype(),
-        keywords, [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
-            asked.closest_points(where, closest, most, options);
-            // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
-            static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
-            static_assert(std::endian::native == std::endian::little);
-            for (ClosestPoint& point : closest)
-                std::memset(reinterpret_cast<std::byte*>(&point.feature) + 1, 0, 3);
-        });
+    py::array found = answer<Vec3, ClosestPoint>(scene, keywords, query_points_of(points, origin),
+                                                 is_far ? py::none() : out, closest_dtype(),
+                                                 &Scene::closest_points, most);
+    // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
+    static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
+    static_assert(std::endian::native == std::endian::little);
+    for (ClosestPoint& point : std::span(static_cast<ClosestPoint*>(found.mutable_data()),
+                                         static_cast<std::size_t>(found.size())))
+        std::memset(reinterpret_cast<std::byte*>(&point.feature) + 1, 0, 3);
     return is_far ? from_world(found, origin, out) : found;
 }
 
@@ -199,41 +188,36 @@ py::array signed_distance(PyScene& scene, QueryKeywords keywords, const py::obje
     const FillRule fill = rule_named(rule);
     const float most = distance_of(max_distance);
     scene.warn_if_open(fill);
-    return answer<Vec3, float>(
-        scene, query_points_of(points, scene.origin()), out, py::dtype::of<float>(), keywords,
-        [&](const Scene& asked, auto where, auto distances, const QueryOptions& options) {
-            asked.signed_distance(where, distances, fill, most, options);
-        });
+    return answer<Vec3, float>(scene, keywords, query_points_of(points, scene.origin()), out,
+                               py::dtype::of<float>(), &Scene::signed_distance, fill, most);
 }
 
-/// Calls ask(scene, which, options) about the meshes that are named.
-template <class Ask>
-void ask_crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
-                   const py::object& visible, const py::object& threads, Cancel* cancel, Ask ask) {
+/// What a member of Scene answers about the meshes that are named.
+template <class Answer>
+Answer ask_crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
+                     std::uint64_t limit, const py::object& visible, const py::object& threads,
+                     Cancel* cancel,
+                     Answer (Scene::*query)(const CrossingOptions&, const QueryOptions&) const) {
     const auto first = geom_ids_of(geom_ids, "geom_ids");
     const auto second = geom_ids_of(other, "other");
     const auto flags = visible_of(visible);
-    CrossingOptions which;
-    if (first) which.geom_ids = *first;
-    if (second) which.other = *second;
-    QueryOptions options{.threads = choice<Threads>("threads", threads, {"all", "calling"})};
-    if (flags) options.visible = *flags;
+    QueryOptions options{.threads = choice<Threads>("threads", threads, {"all", "calling"}),
+                         .visible = flags};
+    Answer answer{};
     scene.query(0, cancel, [&](const Scene& asked, const Flag* cancelled) {
         options.cancel = cancelled;
-        ask(asked, which, options);
+        answer = (asked.*query)({first, second, limit}, options);
     });
+    return answer;
 }
 
 py::object crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
                      const py::object& limit, bool count, const py::object& visible,
                      const py::object& threads, Cancel* cancel) {
     const auto most = value_of<std::optional<std::uint64_t>>(limit, "limit: a count, or None,");
-    Crossings found;
-    ask_crossings(scene, geom_ids, other, visible, threads, cancel,
-                  [&](const Scene& asked, CrossingOptions which, const QueryOptions& options) {
-                      which.limit = count ? 0 : most.value_or(which.limit);
-                      found = asked.crossings(which, options);
-                  });
+    const std::uint64_t listed = count ? 0 : most.value_or(CrossingOptions().limit);
+    const Crossings found =
+        ask_crossings(scene, geom_ids, other, listed, visible, threads, cancel, &Scene::crossings);
     if (count) return py::int_(found.left_out);
     py::array_t<std::uint32_t> pairs(
         std::vector<py::ssize_t>{static_cast<py::ssize_t>(found.pairs.size()), 2, 2});
@@ -248,13 +232,8 @@ py::object crossings(PyScene& scene, const py::object& geom_ids, const py::objec
 
 bool has_crossings(PyScene& scene, const py::object& geom_ids, const py::object& other,
                    const py::object& visible, const py::object& threads, Cancel* cancel) {
-    bool found = false;
-    ask_crossings(
-        scene, geom_ids, other, visible, threads, cancel,
-        [&](const Scene& asked, const CrossingOptions& which, const QueryOptions& options) {
-            found = asked.has_crossings(which, options);
-        });
-    return found;
+    return ask_crossings(scene, geom_ids, other, 0, visible, threads, cancel,
+                         &Scene::has_crossings);
 }
 
 /// Binds a query, which takes QueryKeywords and arguments with these names.
@@ -280,7 +259,7 @@ void bind_queries(py::class_<PyScene>& scene_class) {
     const py::none none;
     const py::kw_only kw_only;
     def_query(
-        scene_class, "intersect", &trace<Hit>,
+        scene_class, "intersect", &trace<Hit, &Scene::intersect>,
         R"(Finds the closest hits. Hits have t > 0 and tnear <= t <= tfar; t is in units of dir.
 
 rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place if float32 and
@@ -300,7 +279,7 @@ Returns an array of hit_dtype, `out` if it is given. The hit is at (1 - u - v) *
 miss has t = inf and the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
 Raises TypeError for another dtype, ValueError for another shape, `out` or coherence.)",
         arg("rays"), arg("out") = none, kw_only, arg("coherence") = "none");
-    def_query(scene_class, "occluded", &trace<std::uint8_t>,
+    def_query(scene_class, "occluded", &trace<std::uint8_t, &Scene::occluded>,
               "Finds whether rays hit anything: an array of bool. Arguments as for intersect().",
               arg("rays"), arg("out") = none, kw_only, arg("coherence") = "none");
     def_query(scene_class, "intersect_all", &intersect_all,

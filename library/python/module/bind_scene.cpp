@@ -205,11 +205,6 @@ py::array samples_of(const py::object& self, const py::dtype& dtype,
     const py::ssize_t side = sample_side(image.samples);
     return view(dtype, {side * image.height, side * image.width}, (image.*member).data(), self);
 }
-py::array hits_of(const py::object& self) { return samples_of(self, hit_dtype(), &Image::hits); }
-py::array occlusion_of(const py::object& self) {
-    return samples_of(self, py::dtype::of<std::uint32_t>(), &Image::occlusion);
-}
-
 Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& rays,
                           std::size_t keep) {
     Comparison result;
@@ -260,12 +255,18 @@ pickled, the image cannot.)")
         .def_readonly("samples", &Image::samples, "Camera rays a pixel.")
         .def_property_readonly("pixels", &pixels_of,
                                "(height, width, 4) uint8: red, green, blue, alpha, in sRGB.")
-        .def_property_readonly("hits", &hits_of,
-                               R"((height, width) of hit_dtype: the hit of each camera ray.
+        .def_property_readonly(
+            "hits",
+            [](const py::object& self) { return samples_of(self, hit_dtype(), &Image::hits); },
+            R"((height, width) of hit_dtype: the hit of each camera ray.
 
 t is the depth along the viewing direction. Several samples a pixel are a square of elements.)")
-        .def_property_readonly("occlusion", &occlusion_of,
-                               "uint32, as hits: occluded secondary rays of each camera ray.")
+        .def_property_readonly(
+            "occlusion",
+            [](const py::object& self) {
+                return samples_of(self, py::dtype::of<std::uint32_t>(), &Image::occlusion);
+            },
+            "uint32, as hits: occluded secondary rays of each camera ray.")
         .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
         .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
         .def_readonly("hits_hash", &Image::hits_hash,

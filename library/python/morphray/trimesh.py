@@ -7,15 +7,14 @@
     mesh.contains(points)
 
 A mesh is any object with `vertices`, (V, 3) numbers, and `faces`, (F, 3) integers; trimesh itself is
-not imported. Coordinates are below 1e100, and a mesh is 0 or at least 1e-100 large. One that moved is
-updated, not built anew.
+not imported. One that moved is updated, not built anew.
 
-Which triangles are hit and closest is decided for coordinates that are rounded to float32 relative to
-the mesh; locations, distances, hits behind an origin and points inside are then found in float64.
+Answers are those of morphray.Scene: for coordinates that are rounded to float32, relative to a place
+near the mesh if it is far from 0. Locations, closest points and distances are float64 arrays of such
+numbers.
 """
 
 import threading as _threading
-import typing as _typing
 from typing import Any, Optional, Tuple
 
 import numpy as np
@@ -28,24 +27,12 @@ _Ints = NDArray[np.int64]
 
 # trimesh's tol.merge: distances that it does not tell apart.
 _MERGE = 1e-8
-# The meshes fill this box after _Frame.
-_BOUNDS = ((-1, -1, -1), (1, 1, 1))
-# Rays start this far before their origins, in a frame, to meet what lies there: positions are rounded
-# by 2^-24. float64 decides then which hits lie before the origin.
+# Rays start this part of the mesh's size before their origins, to meet what lies there.
 _BACK = 2.0**-18
-# Below this sine of the angle between ray and triangle, locations are those of the triangle, not of
-# the ray: they are then within 2^-14 of each other in a frame.
-_GRAZING = 2.0**-10
-# Rounding may move a point so near from one side of the mesh to the other, in a frame.
-_NEAR = 2.0**-22
-# Places of a frame that float64 does not tell apart.
-_SAME = 2.0**-48
-# From a point on the mesh to one whose winding Scene.winding() gives for it.
-_BESIDE = 2.0**-30, 2.0**-40, 2.0**-50
 
 
-def _rows(array, name):
-    rows = np.asarray(array, np.float64)
+def _rows(array, name, dtype=np.float64):
+    rows = np.asarray(array, dtype)
     if np.ma.is_masked(array):
         raise ValueError(f"{name}: elements of the array are masked; filled() unmasks them")
     if rows.shape == (0,):
@@ -71,85 +58,7 @@ def _faces_of(mesh):
     faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
         raise TypeError(f"faces: integers are needed, not {faces.dtype}")
-    return _rows(faces, "faces").astype(np.int64)
-
-
-def _lower_and_upper(points):
-    """The bounds of the finite ones of points; lower > upper if there are none."""
-    def bounds(rows):
-        # Columns are reduced several times as fast as rows of three.
-        return [np.array([least.reduce(column, initial=start) for column in rows.T])
-                for least, start in ((np.minimum, np.inf), (np.maximum, -np.inf))]
-
-    of_all = bounds(points)
-    return of_all if np.isfinite(of_all).all() else bounds(points[np.isfinite(points).all(axis=1)])
-
-
-def _dot(a, b):
-    return np.einsum("ij,ij->i", a, b)
-
-
-def _normals_of(corners):
-    """The unit normals of triangles, (n, 3, 3); 0 without an area."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
-
-
-def _closest_on(corners, normals, points):
-    """For each point the closest one of its triangle (Ericson, Real-Time Collision Detection, 2005,
-    section 5.1.5)."""
-    p0, p1, p2 = np.moveaxis(corners, 1, 0)
-    best = p0.copy()
-    best_distance = np.full(len(points), np.inf)
-    for start, end in ((p0, p1), (p1, p2), (p2, p0)):
-        edge = end - start
-        length = _dot(edge, edge)
-        s = np.divide(_dot(points - start, edge), length, out=np.zeros_like(length),
-                      where=length > 0)
-        on_edge = start + np.clip(s, 0, 1)[:, None] * edge
-        on_edge[s >= 1] = end[s >= 1]
-        distance = _dot(points - on_edge, points - on_edge)
-        closer = distance < best_distance
-        best[closer], best_distance[closer] = on_edge[closer], distance[closer]
-    # Inside of all edges, the projection is closer.
-    projected = points - _dot(points - p0, normals)[:, None] * normals
-    inside = normals.any(axis=1)
-    for start, end in ((p0, p1), (p1, p2), (p2, p0)):
-        inside &= _dot(np.cross(end - start, projected - start), normals) >= 0
-    best[inside] = projected[inside]
-    return best
-
-
-class _Frame(_typing.NamedTuple):
-    """Maps a mesh into [-1, 1] on all axes: by a power of two, and by a shift where it is farther from
-    0 than it is large. Vertices that are float32 keep all of their bits."""
-
-    origin: Any
-    scale: float
-
-    @staticmethod
-    def of(points):
-        lower, upper = _lower_and_upper(points)
-        if lower[0] > upper[0]:
-            return _Frame(np.zeros(3), 1.0)
-        # Halves, since differences may be infinite.
-        centre, extent = lower / 2 + upper / 2, (upper / 2 - lower / 2).max() * 2
-        # As many bits as a float32 has: differences with float32 from there on are exact.
-        part, exponent = np.frexp(centre)
-        near = np.ldexp(part.astype(np.float32).astype(np.float64), exponent)
-        origin = np.where(np.abs(centre) > extent, near, 0.0)
-        size = np.maximum(np.abs(lower - origin), np.abs(upper - origin)).max()
-        exponent = np.frexp(size)[1] if size > 0 else 0
-        return _Frame(origin, float(2.0 ** -np.clip(exponent, -1022, 1022)))
-
-    def exact(self, points):
-        return (points - self.origin) * self.scale
-
-    def points(self, points):
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self.exact(points).astype(np.float32)
+    return _rows(faces, "faces", np.int64)
 
 
 class _MeshScene:
@@ -177,139 +86,61 @@ class _MeshScene:
             if key is not None and key == self._key:
                 return
             try:
-                if self.scene is None or not self._is_same():
-                    # A copy, whose rows are read in place.
-                    vertices = np.array(self.mesh.vertices, order="C", subok=True)
-                    self._read(_rows(vertices, "vertices"), _faces_of(self.mesh))
+                self._read(_rows(self.mesh.vertices, "vertices"), _faces_of(self.mesh))
             except BaseException:
                 # Members may be of two poses. The next query builds anew.
                 self.scene = self._key = None
                 raise
             self._key = key
 
-    def _is_same(self):
-        """Whether the arrays have not changed, as far as this is quick to find."""
-        return (np.array_equal(self.mesh.vertices, self.vertices)
-                and np.array_equal(self.mesh.faces, self.faces))
-
     def _read(self, vertices, faces):
         same_faces = self.scene is not None and np.array_equal(faces, self.faces)
-        if same_faces and np.array_equal(vertices, self.vertices, equal_nan=True):
+        if same_faces and np.array_equal(vertices, self.points, equal_nan=True):
             return
-        frame = _Frame.of(vertices)
-        points = frame.points(vertices)
-        if same_faces and vertices.shape == self.vertices.shape:
-            self._points[:] = points
-            self.scene.update()
+        if same_faces and vertices.shape == self.points.shape:
+            self.points[:] = vertices
+            self.scene.update_with_new_bounds()
         else:
-            self.scene = _morphray.Scene(points, faces, device=self.device, bounds=_BOUNDS)
-            self._points = points
-        self.vertices, self.faces, self.frame = vertices, faces, frame
-        self._bounds = None
-        if not same_faces:
+            # Copies, since a later change is found by comparison.
+            self.points, self.faces = vertices.copy(order="C"), faces.copy()
+            self.scene = _morphray.Scene(self.points, self.faces, device=self.device)
             self._fans = None
-
-    def normals(self, faces):
-        """The unit normals of these faces; 0 without an area."""
-        # Scaled, so that products neither overflow nor vanish.
-        return _normals_of(self.vertices[self.faces[faces]] * self.frame.scale)
+        self.lower, self.upper = self.scene.bounds
 
     def faces_at(self, vertices):
         """The faces at each of `vertices`: (place in `vertices`, face) of each pair."""
         if self._fans is None:
-            # The faces at vertex v are fan[first[v]:first[v + 1]].
             corners = self.faces.ravel()
-            count = np.bincount(corners, minlength=len(self.vertices))
-            self._fans = (np.concatenate([[0], np.cumsum(count)]),
-                          np.argsort(corners, kind="stable") // 3)
-        first, fan = self._fans
-        count = first[vertices + 1] - first[vertices]
+            order = np.argsort(corners, kind="stable")
+            self._fans = corners[order], order // 3
+        corners, fan = self._fans
+        first, last = (np.searchsorted(corners, vertices, side) for side in ("left", "right"))
+        count = last - first
         owner = np.repeat(np.arange(len(vertices)), count)
         within = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-        return owner, fan[first[vertices][owner] + within]
+        return owner, fan[first[owner] + within]
 
     def contains(self, points):
         """No point outside of the bounds is inside, also of a mesh with holes."""
-        if self._bounds is None:
-            used = np.zeros(len(self.vertices), bool)
-            used[self.faces] = True
-            self._bounds = _lower_and_upper(self.vertices[used])
-        lower, upper = self._bounds
-        in_bounds = ((points >= lower) & (points <= upper)).all(axis=1)
-        inside = np.zeros(len(points), bool)
-        inside[in_bounds] = self._winds_around(points[in_bounds])
-        return inside
+        in_bounds = ((points >= self.lower) & (points <= self.upper)).all(axis=1)
+        return in_bounds & self.scene.contains(points, rule=self.rule)
 
-    def _winds_around(self, points):
-        rounded = self.frame.points(points)
-        inside = self.scene.contains(rounded, rule=self.rule)
-        found = self.scene.closest_points(rounded, max_distance=_NEAR)
-        near = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
-        if len(near) == 0:
-            return inside
-        # The winding of the rounded point, and what it changes that float64 has another side.
-        owner, faces = self.faces_at(self.faces[found["prim_id"][near]].ravel())
-        owner, faces = np.unique([owner // 3, faces], axis=1)
-        on_rounded = (found["distance"][near] == 0)[:, None]
-        beside = rounded[near] + np.where(on_rounded, _BESIDE, 0)
-        rows = self.faces[faces]
-        if self.rule == "odd":
-            rows = _aligned(rows, owner)
-        before, _ = _sides(self._points[rows].astype(np.float64), beside, owner)
-        after, is_on = _sides(self.frame.exact(self.vertices[rows]),
-                              self.frame.exact(points[near]), owner)
-        winding = self.scene.winding(rounded[near]) - before + after
-        # Each crossing changes the winding by 1, so that both are odd together.
-        inside[near] = is_on | ((winding if self.rule == "nonzero" else winding & 1) != 0)
-        return inside
-
-    def closest_on(self, faces, points):
-        """For each point the closest one of its face."""
-        return _closest_on(self.vertices[self.faces[faces]], self.normals(faces), points)
-
-
-def _aligned(faces, owner):
-    """Faces of one owner that share edges, turned into the direction of the first of them."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    edges = np.stack([np.repeat(owner, 3), np.minimum(start, end), np.maximum(start, end)])
-    order = np.lexsort(edges)
-    shared = (np.diff(edges[:, order]) == 0).all(axis=0)
-    a, b = order[:-1][shared], order[1:][shared]
-    differ = start[a] == start[b]
-    # Twice the first face that each is connected to, and whether it is to be turned.
-    label, before = 2 * np.arange(len(faces)), None
-    while differ.any() and (before is None or (label != before).any()):
-        before = label.copy()
-        np.minimum.at(label, b // 3, label[a // 3] ^ differ)
-        np.minimum.at(label, a // 3, label[b // 3] ^ differ)
-    return np.where(label[:, None] & 1, faces[:, ::-1], faces)
-
-
-def _sides(corners, points, owner):
-    """Whether point i is behind the closest of the triangles with owner i, as 0 or 1, and whether it
-    lies on it. Angle-weighted normals decide (Bærentzen, Aanæs, Signed Distance Computation Using the
-    Angle Weighted Pseudonormal, TVCG 11(3), 2005)."""
-    normals = _normals_of(corners)
-    places = _closest_on(corners, normals, points[owner])
-    apart = np.linalg.norm(points[owner] - places, axis=1)
-    order = np.lexsort((apart, owner))
-    best = order[np.flatnonzero(np.diff(owner[order], prepend=-1))]
-    to_corners = corners - places[best][owner][:, None]
-    length = np.linalg.norm(to_corners, axis=2)
-    corner, row = np.argmin(length, axis=1), np.arange(len(owner))
-    a, b = to_corners[row, corner - 1], to_corners[row, corner - 2]
-    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), _dot(a, b))
-    angle[length.min(axis=1) > _SAME] = np.pi
-    angle[~(np.linalg.norm(places - places[best][owner], axis=1) <= _SAME)] = 0
-    normal = np.zeros(points.shape)
-    np.add.at(normal, owner, angle[:, None] * normals)
-    return (_dot(normal, points - places[best]) < 0).astype(int), apart[best] <= _SAME
-
-
-class _Hits(_typing.NamedTuple):
-    triangles: Any
-    rays: Any
-    locations: Any
+    def facing(self, found, points):
+        """Of the triangles at the closest edges and vertices, those that face the points most."""
+        corners = self.faces[found["prim_id"]]
+        # 1 - (u + v) is 0 on the edge opposite of the first corner.
+        weights = np.stack([1 - (found["u"] + found["v"]), found["u"], found["v"]], axis=-1)
+        owner, faces = self.faces_at(corners[np.arange(len(found)), weights.argmax(axis=1)])
+        at = self.faces[faces]
+        has = (at[:, :, None] == corners[owner][:, None, :]).any(axis=1) | (weights[owner] <= 0)
+        owner, faces = owner[has.all(axis=1)], faces[has.all(axis=1)]
+        a, b, c = np.moveaxis(self.points[self.faces[faces]], 1, 0)
+        normals = np.cross(b - a, c - a)
+        with np.errstate(invalid="ignore"):
+            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        facing = np.einsum("ij,ij->i", np.nan_to_num(normals), (points - found["point"])[owner])
+        order = np.lexsort((faces, -facing, owner))
+        return faces[order[np.flatnonzero(np.diff(owner[order], prepend=-1))]]
 
 
 class RayMeshIntersector:
@@ -323,7 +154,8 @@ class RayMeshIntersector:
 
     ray_origins and ray_directions are (n, 3) numbers; directions have any length but 0. A ray hits
     what it starts on, as in trimesh. A ray through an edge or a vertex of a closed mesh has one hit
-    there, where trimesh lists up to one a triangle. Hits are by ray, the closest one first.
+    there, where trimesh lists up to one a triangle. Hits are by ray, the closest one first. What lies
+    before an origin, up to 2^-18 of the size of the mesh, is hit, too.
 
     Any number of threads may use it at the same time; nothing may change the mesh meanwhile.
     """
@@ -342,25 +174,25 @@ class RayMeshIntersector:
 
         excluded: (n,) integers: for each ray a triangle that it leaves out, or -1
         """
-        hits = self._hits(ray_origins, ray_directions, multiple_hits, max_hits, excluded)
-        if return_locations:
-            return hits.triangles, hits.rays, hits.locations
-        return hits.triangles, hits.rays
+        triangles, rays, locations = self._hits(ray_origins, ray_directions, multiple_hits, max_hits,
+                                                excluded)
+        return (triangles, rays, locations) if return_locations else (triangles, rays)
 
     def intersects_location(self, ray_origins: ArrayLike, ray_directions: ArrayLike,
                             multiple_hits: bool = True, *,
                             excluded: Optional[ArrayLike] = None) -> Tuple[_Floats, _Ints, _Ints]:
         """Finds the places where rays hit. Returns (locations, index_ray, index_tri)."""
-        hits = self._hits(ray_origins, ray_directions, multiple_hits, None, excluded)
-        return hits.locations, hits.rays, hits.triangles
+        triangles, rays, locations = self._hits(ray_origins, ray_directions, multiple_hits, None,
+                                                excluded)
+        return locations, rays, triangles
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, *,
                          excluded: Optional[ArrayLike] = None) -> _Ints:
         """Finds the first triangle of each ray, -1 for a miss."""
         origins = _rows(ray_origins, "ray_origins")
-        hits = self._hits(origins, ray_directions, False, None, excluded)
+        triangles, rays, _ = self._hits(origins, ray_directions, False, None, excluded)
         first = np.full(len(origins), -1, np.int64)
-        first[hits.rays] = hits.triangles
+        first[rays] = triangles
         return first
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, *,
@@ -369,12 +201,12 @@ class RayMeshIntersector:
         return self.intersects_first(ray_origins, ray_directions, excluded=excluded) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Finds which points are inside by `rule`, as Scene.contains(). Nearer to the mesh than 2^-22
-        of its size, the side of the closest triangle in float64 decides. None outside of the bounds
-        is inside."""
+        """Finds which points are inside by `rule`, as Scene.contains(). None outside of the bounds is
+        inside."""
         rows = _rows(points, "points")
         self._followed.update()
-        return self._followed.contains(rows)
+        with np.errstate(over="ignore"):
+            return self._followed.contains(rows)
 
     def _hits(self, ray_origins, ray_directions, multiple_hits, max_hits, excluded):
         origins = _rows(ray_origins, "ray_origins")
@@ -390,70 +222,23 @@ class RayMeshIntersector:
                 raise ValueError(f"excluded: a shape of ({len(origins)},) is needed, not "
                                  f"{excluded.shape}")
             excluded = np.stack([np.where(excluded == -1, -1, 0), excluded], axis=-1)
-        self._followed.update()
-        rays = self._cast_from(origins, directions)
-        if multiple_hits:
-            return _first_of_each(self._all(rays, origins, directions, excluded), max_hits)
-        found = self._followed.scene.intersect(rays, coherence="sort", excluded=excluded)
-        hit = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
-        hits, ahead = self._locate(found[hit], hit, origins, directions)
-        # Hits before the origin hide those behind it.
-        again = hits.rays[~ahead]
-        if len(again) == 0:
-            return _first_of_each(hits, max_hits)
-        rest = self._all(rays[again], origins[again], directions[again],
-                         None if excluded is None else excluded[again], "each")
-        rest = _first_of_each(rest._replace(rays=again[rest.rays]), 1)
-        merged = [np.concatenate([a[ahead], b]) for a, b in zip(hits, rest)]
-        order = np.argsort(merged[1], kind="stable")
-        return _first_of_each(_Hits(*(array[order] for array in merged)), max_hits)
-
-    def _cast_from(self, origins, directions):
-        """Rays in the frame. Far ones are moved up to the mesh, so that origins are rounded less.
-        Directions are scaled by powers of two, which keep their bits."""
-        frame = self._followed.frame
+        followed = self._followed
+        followed.update()
         with np.errstate(all="ignore"):
-            exponents = np.frexp(np.abs(directions).max(axis=1, initial=0))[1]
-            step = np.ldexp(directions, -exponents[:, None])
-            from_centre = (origins - frame.origin) * frame.scale
-            # All of the mesh is within 2 of the centre; |step| is at least 1/2.
-            to_mesh = -_dot(from_centre, step) / _dot(step, step) - 4
-            begin = np.where(to_mesh > 0, to_mesh, 0) - _BACK
-            rays = np.empty((len(origins), 6), np.float32)
-            rays[:, :3] = from_centre + begin[:, None] * step
-            rays[:, 3:] = step
-        return rays
-
-    def _all(self, rays, origins, directions, excluded, crossing="once"):
-        found = self._followed.scene.intersect_all(rays, crossing=crossing, excluded=excluded)
-        hits, ahead = self._locate(found.hits, found.ray_ids, origins, directions)
-        return _Hits(*(array[ahead] for array in hits))
-
-    def _locate(self, found, rays, origins, directions):
-        """Hits with their locations, and whether each lies at the origin of its ray or ahead."""
-        triangles = found["prim_id"].astype(np.int64)
-        p0, p1, p2 = np.moveaxis(self._followed.vertices[self._followed.faces[triangles]], 1, 0)
-        normals = self._followed.normals(triangles)
-        origin, direction = origins[rays], directions[rays]
-        with np.errstate(all="ignore"):
-            slope = _dot(normals, direction)
-            t = _dot(normals, p0 - origin) / slope
-            locations = origin + t[:, None] * direction
-            grazing = np.abs(slope) < _GRAZING * np.linalg.norm(direction, axis=1)
-            u, v = found["u"].astype(np.float64)[:, None], found["v"].astype(np.float64)[:, None]
-            on_triangle = p0 + u * (p1 - p0) + v * (p2 - p0)
-            locations[grazing] = on_triangle[grazing]
-            t = np.where(grazing, _dot(on_triangle - origin, direction), t)
-        return _Hits(triangles, rays.astype(np.int64), locations), t >= 0
-
-
-def _first_of_each(hits, count):
-    """The first `count` hits of each ray, whose hits follow each other; None: all."""
-    if count is None or len(hits.rays) == 0:
-        return hits
-    begins = np.flatnonzero(np.diff(hits.rays, prepend=hits.rays[0] - 1))
-    number = np.arange(len(hits.rays)) - np.repeat(begins, np.diff(begins, append=len(hits.rays)))
-    return _Hits(*(array[number < count] for array in hits))
+            step = directions / np.abs(directions).max(axis=1, keepdims=True)
+            back = _BACK * (followed.upper - followed.lower).max()
+            rays = np.hstack([origins - back * step, step])
+            if multiple_hits or max_hits == 0:
+                found = followed.scene.intersect_all(rays, max_hits=max_hits, excluded=excluded)
+                hits, ray_ids = found.hits, found.ray_ids
+            else:
+                found = followed.scene.intersect(rays, coherence="sort", excluded=excluded)
+                ray_ids = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
+                hits = found[ray_ids]
+        triangles = hits["prim_id"].astype(np.int64)
+        p0, p1, p2 = np.moveaxis(followed.points[followed.faces[triangles]], 1, 0)
+        u, v = hits["u"][:, None], hits["v"][:, None]
+        return triangles, ray_ids, p0 + u * (p1 - p0) + v * (p2 - p0)
 
 
 class ProximityQuery:
@@ -473,42 +258,22 @@ class ProximityQuery:
         rows = _rows(points, "points")
         followed = self._followed
         followed.update()
-        found = followed.scene.closest_points(followed.frame.points(rows))
-        there = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
-        closest = np.full(rows.shape, np.nan)
-        distance = np.full(len(rows), np.inf)
-        triangle_id = np.full(len(rows), -1, np.int64)
-        triangle_id[there] = found["prim_id"][there]
-        closest[there] = followed.closest_on(triangle_id[there], rows[there])
-        distance[there] = np.linalg.norm(rows[there] - closest[there], axis=1)
-        at_edge = there[(found["feature"][there] != 0) & (distance[there] > _MERGE)]
-        self._face_points(found[at_edge], rows, closest, distance, triangle_id, at_edge)
+        with np.errstate(over="ignore"):
+            found = followed.scene.closest_points(rows)
+        is_found = found["prim_id"] != _morphray.INVALID_ID
+        closest = np.where(is_found[:, None], found["point"], np.nan).astype(np.float64)
+        distance = found["distance"].astype(np.float64)
+        triangle_id = np.where(is_found, found["prim_id"].astype(np.int64), -1)
+        at_edge = (found["feature"] != 0) & is_found & (distance > _MERGE)
+        triangle_id[at_edge] = followed.facing(found[at_edge], rows[at_edge])
         return closest, distance, triangle_id
-
-    def _face_points(self, found, points, closest, distance, triangle_id, chosen):
-        """Gives each chosen point the triangle around a corner that faces it most."""
-        followed = self._followed
-        # The corner of the largest weight has all triangles that are as close.
-        u, v = found["u"].astype(np.float64), found["v"].astype(np.float64)
-        corner = np.argmax(np.stack([1 - u - v, u, v], axis=-1), axis=1)
-        owner, faces = followed.faces_at(followed.faces[triangle_id[chosen], corner])
-        point = points[chosen][owner]
-        on_face = followed.closest_on(faces, point)
-        apart = np.linalg.norm(point - on_face, axis=1)
-        equal = apart <= distance[chosen][owner] + _MERGE
-        owner, faces, on_face, apart = owner[equal], faces[equal], on_face[equal], apart[equal]
-        facing = _dot(followed.normals(faces), point[equal] - on_face) / apart
-        # By owner, then by -facing, then by number.
-        order = np.lexsort((faces, -facing, owner))
-        best = order[np.flatnonzero(np.diff(owner[order], prepend=-1))]
-        at = chosen[owner[best]]
-        triangle_id[at], closest[at], distance[at] = faces[best], on_face[best], apart[best]
 
     def signed_distance(self, points: ArrayLike) -> _Floats:
         """The distances to the mesh, positive inside (RayMeshIntersector.contains_points()) and within
         1e-8 of it, as in trimesh."""
         rows = _rows(points, "points")
         distance = self.on_surface(rows)[1]
-        outside = ~self._followed.contains(rows) & (distance > _MERGE)
+        with np.errstate(over="ignore"):
+            outside = ~self._followed.contains(rows) & (distance > _MERGE)
         distance[outside] *= -1
         return distance

@@ -94,7 +94,6 @@ MadePositions PoseReader::write(const mray::SceneSpace& space, std::size_t first
     return made;
 }
 
-/// Reads vertices into this space.
 void PoseReader::read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena) {
     const MeshSlot& mesh = *range.mesh;
     const auto for_each_read = [&](std::size_t first, std::size_t end, auto use) {
