@@ -6,6 +6,9 @@
 namespace mray {
 namespace {
 
+// If more than this part of all triangles is loose, a build does not cost much more.
+constexpr double kMostLoose = 0.5;
+
 /// The growth of leaf boxes beyond which a leaf is restructured: `limit`, or more if the leaves
 /// beyond it hold more than `most` of the triangles, assumed to be spread evenly. None if a build
 /// would not cost much more than to restructure them.
@@ -30,6 +33,29 @@ std::optional<double> limit_of_slice(const Bvh& bvh, const BuiltAreas& areas, do
     return *place;
 }
 
+/// Takes the tree apart from the root on, down to children that is_sound(node, slot, child) keeps.
+template <class IsSound>
+TreeParts take_apart(const Bvh& bvh, IsSound is_sound) {
+    TreeParts parts;
+    std::vector<std::uint8_t> is_open(bvh.nodes.size());
+    is_open[0] = 1;
+    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+        if (is_open[i] == 0) continue;
+        const Node& node = bvh.nodes[i];
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (is_sound(node, slot, child)) {
+                parts.subtrees.push_back(child);
+                parts.boxes.push_back(slot_box(node, slot));
+            } else if (is_leaf(child)) {
+                parts.removed_leaves.push_back(leaf_of(child));
+            } else {
+                is_open[child] = 1;
+            }
+        });
+    }
+    return parts;
+}
+
 }  // namespace
 
 BuiltAreas built_areas(const Bvh& bvh) {
@@ -44,22 +70,6 @@ BuiltAreas built_areas(const Bvh& bvh) {
         });
     }
     return areas;
-}
-
-std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
-                        const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
-                        Bvh& bvh, BuiltAreas& areas) {
-    std::sort(loose.begin(), loose.end());
-    AlignedVector<PrimRef> refs(loose.size());
-    for (std::size_t i = 0; i < loose.size(); ++i)
-        make_refs(topology, positions, loose[i], std::span(refs).subspan(i, 1));
-    auto id = static_cast<std::uint32_t>(topology.triangles.size());
-    for (const Box& box : parts.boxes) refs.push_back({box, id++});
-    const std::size_t count = refs.size();
-    if (count < 2) return 0;
-    BinaryTree binary = build_binary_tree(topology, std::move(refs));
-    if (binary.nodes.front().is_leaf()) return 0;
-    return lay_out(topology, positions, binary, parts, growth, {}, bvh, areas) ? count : 0;
 }
 
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
@@ -90,7 +100,17 @@ std::size_t restructure(const Topology& topology, std::span<const vec3> position
         }
         if (static_cast<double>(loose.size()) > most_loose) return 0;
     }
-    return build_above(topology, positions, parts, std::move(loose), growth, bvh, areas);
+    std::sort(loose.begin(), loose.end());
+    AlignedVector<PrimRef> refs(loose.size());
+    for (std::size_t i = 0; i < loose.size(); ++i)
+        make_refs(topology, positions, loose[i], std::span(refs).subspan(i, 1));
+    auto id = static_cast<std::uint32_t>(topology.triangles.size());
+    for (const Box& box : parts.boxes) refs.push_back({box, id++});
+    const std::size_t count = refs.size();
+    if (count < 2) return 0;
+    BinaryTree binary = build_binary_tree(topology, std::move(refs));
+    if (binary.nodes.front().is_leaf()) return 0;
+    return lay_out(topology, positions, binary, parts, growth, {}, bvh, areas) ? count : 0;
 }
 
 }  // namespace mray

@@ -8,39 +8,6 @@ namespace mray {
 /// The areas of a tree as it is.
 BuiltAreas built_areas(const Bvh& bvh);
 
-// If more than this part of all triangles is loose, a build does not cost much more.
-inline constexpr double kMostLoose = 0.5;
-
-/// Takes the tree apart from the root on, down to children that is_sound(node, slot, child) keeps.
-template <class IsSound>
-TreeParts take_apart(const Bvh& bvh, IsSound is_sound) {
-    TreeParts parts;
-    std::vector<std::uint8_t> is_open(bvh.nodes.size());
-    is_open[0] = 1;
-    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
-        if (is_open[i] == 0) continue;
-        const Node& node = bvh.nodes[i];
-        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
-            if (is_sound(node, slot, child)) {
-                parts.subtrees.push_back(child);
-                parts.boxes.push_back(slot_box(node, slot));
-            } else if (is_leaf(child)) {
-                parts.removed_leaves.push_back(leaf_of(child));
-            } else {
-                is_open[child] = 1;
-            }
-        });
-    }
-    return parts;
-}
-
-/// Builds new levels, with new leaves, over the triangles `loose` and the subtrees of `parts`.
-/// Returns the number of both. Returns 0, and changes nothing, if there are fewer than two or the
-/// tree would become too deep. Runs in the calling thread's arena.
-std::size_t build_above(const Topology& topology, std::span<const vec3> positions,
-                        const TreeParts& parts, std::vector<std::uint32_t> loose, double growth,
-                        Bvh& bvh, BuiltAreas& areas);
-
 /// Builds new levels over the largest sound subtrees, in which no box has grown by more than
 /// kSoundGrowth (beyond `growth`, that of the triangles themselves), and the triangles of all other
 /// leaves: those with triangles of several bodies grow, with the nodes above them. If they have

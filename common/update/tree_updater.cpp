@@ -98,9 +98,20 @@ TreeUpdater::TreeUpdater(const Topology& topology, const Pose& pose, Backend& tr
     policy_->built(tree == nullptr ? cost_of_frame({}).rebuild : estimate);
 }
 
+TreeUpdater::~TreeUpdater() {
+    if (!background_.valid()) return;
+    // The thread of a parent's build is not in its child: the future would wait without end.
+    if (process_ != ::getpid()) new std::future<Bvh>(std::move(background_));
+    // The future waits in its own destructor.
+    cancel_background_ = true;
+}
+
 const TreeUpdate& TreeUpdater::update() {
     assert(pose_.positions().size() == topology_.vertex_count);
-    begin_frame();
+    last_ = {};
+    has_refitted_ = false;
+    restructuring_.reset();
+    if (background_frames_left_ > 0) --background_frames_left_;
     UpdateDecision decision = policy_->plan();
     if (decision.step != UpdateStep::kRebuild) {
         swap_is_due() ? swap() : refit(decision.reason);
@@ -121,13 +132,6 @@ const TreeUpdate& TreeUpdater::update() {
     }
     last_.build_pending = background_.valid();
     return last_;
-}
-
-void TreeUpdater::begin_frame() {
-    last_ = {};
-    has_refitted_ = false;
-    restructuring_.reset();
-    if (background_frames_left_ > 0) --background_frames_left_;
 }
 
 bool TreeUpdater::swap_is_due() {
@@ -250,56 +254,6 @@ void TreeUpdater::replace_tree(Bvh bvh, double triangle_area) {
     note_built(bvh, triangle_area);
     tracer_.set_tree(std::move(bvh));
     last_.times.upload_ms += tracer_.finish().update.upload_ms;
-}
-
-void TreeUpdater::end_background_build() {
-    // The thread of a parent's build is not in its child: the future would wait without end.
-    if (background_.valid() && process_ != ::getpid()) new std::future<Bvh>(std::move(background_));
-    cancel_background_ = true;
-    if (background_.valid()) background_.wait();
-    background_ = {};
-    background_is_stale_ = false;
-    cancel_background_ = false;
-}
-
-bool TreeUpdater::change_topology(const TopologyChange& change) {
-    if (policy_->plan().step == UpdateStep::kRebuild) return false;
-    const double ratio = last_.cost_ratio;
-    const double grown = growth();
-    begin_frame();
-    const Stopwatch watch;
-    Bvh changed_tree;
-    bool changed = false;
-    tracer_.edit_tree([&](Bvh& bvh) {
-        if (!policy_->needs_tree_cost()) areas_ = built_areas(bvh);
-        for (std::vector<float>* areas : {&areas_.nodes, &areas_.leaves}) {
-            for (float& area : *areas) area = static_cast<float>(area * grown);
-        }
-        changed = replace_triangles(topology_, pose_.positions(), change, bvh, areas_);
-        // The backend gets the tree with its topology.
-        std::swap(changed_tree, bvh);
-        return false;
-    });
-    if (!changed) return false;
-    last_.times.restructure_ms = watch.ms();
-    tracer_.set_scene(topology_, pose_, std::move(changed_tree));
-    last_.times.upload_ms = tracer_.finish().update.upload_ms;
-    if (pose_.moved_count() > 0) {
-        tracer_.refit(RefitExtent::kAll);
-        has_refitted_ = true;
-        last_.times += finish_refit();
-    }
-    sample_ = TriangleSample(topology_);
-    if (follows_ratio_) {
-        triangle_area_ = pose_area();
-        built_fit_ = tree_fit(tracer_.nodes(), triangle_area_);
-        // The tree is as bad as it was.
-        if (std::isfinite(ratio) && ratio > 0) built_fit_.cost /= ratio;
-        last_.cost_ratio = ratio;
-    }
-    last_.step = TreeStep::kRestructured;
-    last_.reason = "meshes have come or gone";
-    return true;
 }
 
 /// Finishes a refit that would have waited for the trace. Returns its times, once.

@@ -12,7 +12,6 @@
 #include "common/scene/mesh.h"
 #include "common/scene/pose.h"
 #include "common/update/policy.h"
-#include "common/update/replace_triangles.h"
 #include "common/update/restructure.h"
 
 namespace mray {
@@ -96,16 +95,10 @@ public:
                 std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
     /// Cancels a pending build and waits for its end.
-    ~TreeUpdater() { end_background_build(); }
+    ~TreeUpdater();
 
     /// Brings the tracer's tree to the last move of the pose. Call it once after each move.
     const TreeUpdate& update();
-    /// Ends a build in the background, after which the topology may be changed.
-    void end_background_build();
-    /// Brings the tree to a topology that has been changed, at a pose in the same scene space whose
-    /// last move was that of kept triangles. Returns false if a tree has to be built, by a new
-    /// updater; this one is of no use then.
-    bool change_topology(const TopologyChange& change);
     /// Ends a frame that has been traced: finish(), and tells the policy the costs of the frame.
     void frame_done(const TraceCost& trace);
     /// Finishes a refit that was left to the trace, and adds its time to last().
@@ -115,7 +108,6 @@ public:
 
 private:
     // Steps of update(), in the order in which it takes them. They set last_.
-    void begin_frame();
     bool swap_is_due();
     void swap();
     void refit(const std::string& reason);

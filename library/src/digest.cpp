@@ -67,7 +67,7 @@ public:
         Scene scene = Scene::build(meshes, device,
                                    {.bounds = Box{{-6, -6, -6}, {6, 6, 6}}, .update = Every{2}});
         add_answers(scene, Rays::shadow);
-        // A part is refitted; then all is built again; then refitted, and a mesh comes.
+        // A part is refitted; then all is built again; then a mesh comes, which is a build, too.
         move(std::span(sheet_).first(kVertices / 4));
         scene.update(1, 0, kVertices / 4);
         add_answers(scene, Rays::ao);
@@ -78,12 +78,10 @@ public:
             scene.update();
             add_answers(scene, rays);
         }
-        // One of both is a refit, for which a device moves the bodies itself.
-        for (const double x : {0.25, 0.5}) {
-            const Transform turned{
-                {{{0.75, -0.625, 0, x}, {0.625, 0.75, 0.125, -0.5}, {0, -0.25, 0.875, 0.125}}}};
-            scene.update(std::array{MeshPose{0, turned}, MeshPose{1, turned}});
-        }
+        // A refit, for which a device moves the bodies itself.
+        const Transform turned{
+            {{{0.75, -0.625, 0, 0.5}, {0.625, 0.75, 0.125, -0.5}, {0, -0.25, 0.875, 0.125}}}};
+        scene.update(std::array{MeshPose{0, turned}, MeshPose{1, turned}});
         add_answers(scene, Rays::primary);
         return hasher_.digest();
     }

@@ -104,7 +104,6 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::at
 
 /// Hands the meshes to the tracer with a tree, which is built if there is none.
 void SceneImpl::start(const mray::Bvh* tree) {
-    updater_.reset();
     if (tracer_ == nullptr) tracer_ = DeviceImpl::of(device_).make_backend();
     took_pose();
     const mray::BuildConfig build{.threads = DeviceImpl::of(device_).threads(),
@@ -186,18 +185,13 @@ Update SceneImpl::update_vertices(std::uint32_t geom_id, std::size_t first, std:
 
 void SceneImpl::change_meshes() {
     knows_meshes_of_subtrees_ = false;
-    updater_->end_background_build();
+    // Ends a build in the background, which reads the topology.
+    updater_.reset();
     // A refit that is pending, or has failed, needs the positions as they are.
     tracer_->finish();
-    const mray::TopologyChange change = meshes_.make_changes();
-    const mray::SceneSpace space_before = pose_.space();
+    meshes_.make_changes();
     read_list();
-    if (pose_.space() == space_before && updater_->change_topology(change)) {
-        took_pose();
-        cost.reset();
-    } else {
-        start(nullptr);
-    }
+    start(nullptr);
 }
 
 void SceneImpl::read(std::span<const MeshVertices> vertices) {

@@ -77,10 +77,10 @@ struct SceneOptions {
 
 /// The change that an update made to the tree.
 enum class Step {
-    build,        ///< The first tree, or one over another set of meshes that needs it.
+    build,        ///< The first tree, or the first one over another set of meshes.
     keep,         ///< Nothing moved.
     refit,        ///< Boxes and vertices were written again.
-    restructure,  ///< Refitted; degraded parts, or where meshes came or went, were built again.
+    restructure,  ///< Refitted; degraded parts were built again.
     rebuild,      ///< Built at this pose.
     swap,         ///< Replaced by a tree from the background, refitted to this pose.
 };

@@ -120,6 +120,21 @@ std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
     return texcoords;
 }
 
+/// The triangles of all meshes together. Throws Error(limit).
+std::size_t count_triangles(std::span<const MeshSlot> slots) {
+    std::uint64_t vertex_count = 0;
+    std::uint64_t prim_count = 0;
+    for (const MeshSlot& slot : slots) {
+        vertex_count += slot.positions.count;
+        prim_count += slot.prim_count;
+    }
+    if (vertex_count > kMostVertices)
+        throw Error(ErrorCode::limit, "the meshes have too many positions together");
+    if (prim_count > mray::kMaxTriangles)
+        throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
+    return prim_count;
+}
+
 }  // namespace
 
 std::uint32_t MeshList::attach(const MeshView& mesh) {
@@ -203,92 +218,64 @@ void MeshList::read_rest(std::uint32_t geom_id, std::size_t first, std::size_t c
     mesh.rest_version = ++last_rest_version_;
 }
 
-mray::TopologyChange MeshList::make_changes() {
+void MeshList::make_changes() {
     slots_.resize(will_be_used_.size());
     for (MeshSlot& slot : slots_) slot.vertex_before = slot.first_vertex;
     for (auto& [id, change] : changes_) slots_[id] = std::move(change.slot);
-    mray::TopologyChange difference;
+    const std::size_t prim_count = count_triangles(slots_);
+    const mray::Topology before = std::exchange(topology_, {});
+    const std::vector texcoords_before = std::exchange(texcoords_, {});
+    const std::vector texture_ids_before = std::exchange(texture_ids_, {});
+    const bool has_textures =
+        std::ranges::any_of(slots_, [](const MeshSlot& slot) { return !slot.textures.empty(); });
+    textures_.clear();
     geometry_ids_.clear();
     first_prims_.clear();
-    textures_.clear();
-    std::uint32_t vertex = 0;
-    std::uint32_t prim = 0;
     for (std::uint32_t id = 0; id < slots_.size(); ++id) {
         MeshSlot& slot = slots_[id];
         if (!slot.used) continue;
-        if (vertex + slot.positions.count > kMostVertices)
-            throw Error(ErrorCode::limit, "the meshes have too many positions together");
-        if (std::uint64_t{prim} + slot.prim_count > mray::kMaxTriangles)
-            throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
-        const auto texture = static_cast<std::uint32_t>(textures_.size());
-        if (slot.vertex_before) {
-            const mray::IndexRange before{slot.first_prim, slot.first_prim + slot.prim_count};
-            const std::uint32_t vertex_shift = vertex - slot.first_vertex;
-            renumber(slot, vertex_shift, texture - slot.first_texture);
-            difference.keep({before, prim - before.begin, vertex_shift});
-        } else if (slot.prim_count > 0) {
-            difference.added.push_back({prim, prim + slot.prim_count});
+        const std::size_t end = topology_.triangles.size() + slot.prim_count;
+        Change change;
+        if (!slot.vertex_before) change = std::move(changes_.at(id));
+        // Appends the mesh's part of an array, which it has from its attach() or before.
+        const auto append = [&](auto& to, auto& own, const auto& all_before, const auto& none) {
+            if (own.size() == prim_count) {
+                to = std::move(own);
+                return;
+            }
+            to.reserve(prim_count);
+            const bool was_there = slot.vertex_before && !all_before.empty();
+            const std::span<const std::decay_t<decltype(none)>> from =
+                was_there ? std::span(all_before).subspan(slot.first_prim, slot.prim_count)
+                          : std::span(own);
+            to.insert(to.end(), from.begin(), from.end());
+            to.resize(end, none);
+        };
+        append(topology_.triangles, change.triangles, before.triangles, mray::uvec3());
+        append(topology_.albedo, change.albedo, before.albedo, mray::kDefaultAlbedo);
+        if (has_textures) {
+            append(texcoords_, change.texcoords, texcoords_before, mray::Texcoords());
+            append(texture_ids_, change.texture_ids, texture_ids_before, mray::kNoTexture);
         }
-        if (slot.prim_count > 0) {
-            geometry_ids_.push_back(id);
-            first_prims_.push_back(prim);
+        const auto own_part = [&](auto& all) { return std::span(all).last(slot.prim_count); };
+        if (const std::uint32_t shift = topology_.vertex_count - slot.first_vertex; shift != 0)
+            for (mray::uvec3& t : own_part(topology_.triangles)) t += shift;
+        const auto first_texture = static_cast<std::uint32_t>(textures_.size());
+        const std::uint32_t texture_shift = first_texture - slot.first_texture;
+        if (!slot.textures.empty() && texture_shift != 0) {
+            for (std::uint32_t& texture : own_part(texture_ids_))
+                if (texture != mray::kNoTexture) texture += texture_shift;
         }
+        slot.first_texture = first_texture;
+        slot.first_vertex = topology_.vertex_count;
+        slot.first_prim = static_cast<std::uint32_t>(end) - slot.prim_count;
         textures_.insert(textures_.end(), slot.textures.begin(), slot.textures.end());
-        slot.first_texture = texture;
-        slot.first_vertex = vertex;
-        slot.first_prim = prim;
-        vertex += slot.vertex_count();
-        prim += slot.prim_count;
+        topology_.vertex_count += slot.vertex_count();
+        if (slot.prim_count == 0) continue;
+        geometry_ids_.push_back(id);
+        first_prims_.push_back(slot.first_prim);
     }
-    topology_.vertex_count = vertex;
-    // Until now no mesh may have had a texture.
-    const std::size_t textured = textures_.empty() ? 0 : topology_.triangles.size();
-    texcoords_.resize(textured);
-    texture_ids_.resize(textured, mray::kNoTexture);
-    if (!textures_.empty()) {
-        move_kept(texcoords_, difference.kept, prim);
-        move_kept(texture_ids_, difference.kept, prim);
-    }
-    move_kept(topology_.triangles, difference.kept, prim);
-    move_kept(topology_.albedo, difference.kept, prim);
-    for (auto& [id, change] : changes_)
-        if (slots_[id].used) write(slots_[id], std::move(change), prim);
     changes_.clear();
-    return difference;
-}
-
-void MeshList::renumber(const MeshSlot& slot, std::uint32_t vertex_shift,
-                        std::uint32_t texture_shift) {
-    const auto part_of = [&](auto& all) {
-        return std::span(all).subspan(slot.first_prim, slot.prim_count);
-    };
-    if (vertex_shift != 0) {
-        for (mray::uvec3& t : part_of(topology_.triangles)) t += vertex_shift;
-    }
-    if (slot.textures.empty() || texture_shift == 0) return;
-    for (std::uint32_t& id : part_of(texture_ids_))
-        if (id != mray::kNoTexture) id += texture_shift;
-}
-
-/// Writes a mesh that is new into arrays of `size` triangles, or moves those of the only mesh.
-void MeshList::write(const MeshSlot& slot, Change change, std::size_t size) {
-    const auto copy = [&](auto& from, auto& to) {
-        if (from.size() == size) {
-            to = std::move(from);
-            return;
-        }
-        to.resize(size);
-        std::copy(from.begin(), from.end(), to.begin() + slot.first_prim);
-    };
-    copy(change.triangles, topology_.triangles);
-    copy(change.albedo, topology_.albedo);
-    if (!textures_.empty()) {
-        change.texcoords.resize(slot.prim_count);
-        change.texture_ids.resize(slot.prim_count, mray::kNoTexture);
-        copy(change.texcoords, texcoords_);
-        copy(change.texture_ids, texture_ids_);
-    }
-    renumber(slot, slot.first_vertex, slot.first_texture);
 }
 
 /// Vertices come first, then the numbers of one mesh after the other.

@@ -7,7 +7,6 @@
 
 #include "common/interop/transform.h"
 #include "common/scene/mesh.h"
-#include "common/update/replace_triangles.h"
 #include "cpu/image/texture.h"
 #include "morphray/mesh.hpp"
 
@@ -72,26 +71,6 @@ struct MeshVertices {
     std::size_t count;
 };
 
-/// Moves what triangles have that are kept, in an array that gets `size` elements, or none if no
-/// triangle is kept.
-template <class T>
-void move_kept(std::vector<T>& all, std::span<const mray::KeptTriangles> kept, std::size_t size) {
-    if (kept.empty()) return all.clear();
-    all.resize(std::max(all.size(), size));
-    const auto move = [&](const mray::KeptTriangles& run) {
-        const auto [begin, end] = run.before;
-        std::memmove(all.data() + begin + static_cast<std::int32_t>(run.prim_shift),
-                     all.data() + begin, (end - begin) * sizeof(T));
-    };
-    const auto goes_down = [](const mray::KeptTriangles& run) { return run.prim_shift >> 31 != 0; };
-    // No run is moved over one that has yet to be moved.
-    for (const mray::KeptTriangles& run : kept)
-        if (goes_down(run)) move(run);
-    for (std::size_t i = kept.size(); i-- > 0;)
-        if (!goes_down(kept[i])) move(kept[i]);
-    all.resize(size);
-}
-
 /// The meshes in the order of their geom_ids. attach() and detach() collect changes.
 class MeshList {
 public:
@@ -105,9 +84,9 @@ public:
     /// Reads rest positions of a mesh with a transform again.
     void read_rest(std::uint32_t geom_id, std::size_t first, std::size_t count);
     bool has_changes() const { return !changes_.empty(); }
-    /// Makes the collected changes in place, and returns the difference. Too many positions or
-    /// triangles together throw Error(limit), after which the list is of no use any more.
-    mray::TopologyChange make_changes();
+    /// Makes the collected changes. Too many positions or triangles together throw Error(limit),
+    /// after which the list is of no use any more.
+    void make_changes();
 
     const mray::Topology& topology() const { return topology_; }
     bool is_smooth() const {
@@ -154,9 +133,6 @@ private:
         std::vector<mray::Texcoords> texcoords = {};
         std::vector<std::uint32_t> texture_ids = {};
     };
-
-    void renumber(const MeshSlot& slot, std::uint32_t vertex_shift, std::uint32_t texture_shift);
-    void write(const MeshSlot& slot, Change change, std::size_t size);
 
     /// By geom_id.
     std::vector<MeshSlot> slots_;

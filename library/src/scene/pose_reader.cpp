@@ -213,17 +213,12 @@ void PoseReader::place_meshes(const MeshList& meshes) {
 
 void PoseReader::read_list(const MeshList& meshes, mray::ThreadArena& arena) {
     place_meshes(meshes);
-    std::vector<MeshVertices> kept;
+    std::vector<MeshVertices> all;
     for (const MeshSlot& mesh : meshes.slots()) {
-        if (!mesh.used) continue;
-        const MeshVertices all{&mesh, 0, mesh.vertex_count()};
-        if (!mesh.vertex_before) {
-            read_of_mesh(all, arena);
-        } else if (mesh.follows_positions()) {
-            kept.push_back(all);
-        }
+        if ((mesh.used && !mesh.vertex_before) || mesh.follows_positions())
+            all.push_back({&mesh, 0, mesh.vertex_count()});
     }
-    read(meshes, kept, arena);
+    read(meshes, all, arena);
     for (const MeshSlot& mesh : meshes.slots()) {
         const auto found = kept_.find(mesh.first_vertex);
         if (mesh.used && found != kept_.end())

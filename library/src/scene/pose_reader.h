@@ -38,8 +38,7 @@ public:
 
     /// The positions that are read next give the bounds.
     void forget_bounds() { bounds_ = {}; }
-    /// Reads the positions of new and deforming meshes of a list whose changes have been made. Only
-    /// meshes that were there before move.
+    /// Reads the positions of new and deforming meshes of a list whose changes have been made.
     void read_list(const MeshList& meshes, mray::ThreadArena& arena);
     /// Moves the pose to these vertices, and to another space if they need it.
     void read(const MeshList& meshes, std::span<const MeshVertices> vertices,
