@@ -67,7 +67,7 @@ set(places
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/methods/embree\\.h$|library/embree/|tests/library/embree/)"
     "^pybind11/"                "^library/python/module/"
-    "^gmp(xx)?\\.h$"            "^(common/scene/(exact_crossing|triangle_crossing)\\.cpp$|tests/library/crossings_test|(tests/)?common/bvh/exact_closest|lab/accuracy/|tests/common/interop/refined_hit_test|scenes/polygons/triangulate\\.cpp$)"
+    "^gmp(xx)?\\.h$"            "^(common/base/whole_vector\\.h$|tests/library/crossings_test|tests/common/bvh/exact_closest|lab/accuracy/|tests/common/interop/refined_hit_test|scenes/polygons/triangulate\\.cpp$)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, one header for writing it, and what scripts are given.
     "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|report/plot\\.cpp$|tests/)"
