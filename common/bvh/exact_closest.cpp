@@ -1,13 +1,12 @@
 #include "common/bvh/exact_closest.h"
 
-#include <gmpxx.h>
-
 #include <cmath>
 #include <limits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "common/base/whole_vector.h"
 #include "common/interop/hit_rule.h"
 
 namespace mray {
@@ -185,57 +184,8 @@ struct ExactDistance {
     std::array<mpz_class, 3> weights;
 };
 
-/// A vector in units of a power of two in which all coordinates are whole.
-struct WholeVector {
-    mpz_class x, y, z;
-};
-
-WholeVector operator-(const WholeVector& a, const WholeVector& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-mpz_class dot(const WholeVector& a, const WholeVector& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-WholeVector cross(const WholeVector& a, const WholeVector& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-/// Makes numbers whole that are multiples of 2^-digits.
-class Unit {
-public:
-    Unit(const dvec3& p, const Corners& corners) {
-        extend(p);
-        for (const vec3& corner : corners) extend(corner);
-    }
-
-    WholeVector operator()(const dvec3& v) const { return {whole(v.x), whole(v.y), whole(v.z)}; }
-    /// The square of a length in this unit, in squares of 1.
-    mpq_class square(mpq_class length2) const {
-        mpq_div_2exp(length2.get_mpq_t(), length2.get_mpq_t(), 2 * digits_);
-        return length2;
-    }
-
-private:
-    void extend(const dvec3& v) {
-        for (int axis = 0; axis < 3; ++axis) {
-            if (v[axis] == 0) continue;
-            const int digits = 52 - std::ilogb(v[axis]);
-            digits_ = std::max(digits_, static_cast<mp_bitcnt_t>(std::max(digits, 0)));
-        }
-    }
-    mpz_class whole(double x) const {
-        int exponent = 0;
-        mpz_class z(std::ldexp(std::frexp(x, &exponent), 53));
-        const int shift = exponent - 53 + static_cast<int>(digits_);
-        mpz_mul_2exp(z.get_mpz_t(), z.get_mpz_t(), static_cast<mp_bitcnt_t>(std::max(shift, 0)));
-        return z;
-    }
-
-    mp_bitcnt_t digits_ = 0;
-};
-
 ExactDistance exact_distance(const dvec3& p, const Corners& corners) {
-    const Unit unit(p, corners);
+    const WholeUnit unit(p, corners[0], corners[1], corners[2]);
     const WholeVector q = unit(p);
     const WholeVector x[3] = {unit(corners[0]), unit(corners[1]), unit(corners[2])};
     const WholeVector t[3] = {q - x[0], q - x[1], q - x[2]};

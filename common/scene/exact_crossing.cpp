@@ -1,36 +1,17 @@
 #include "common/scene/exact_crossing.h"
 
-#include <gmpxx.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "common/base/whole_vector.h"
 #include "common/interop/tie_break_rule.h"
 
 namespace mray {
 namespace {
-
-/// A vector in units of the least float, 2^-149.
-struct Vector {
-    mpz_class x, y, z;
-};
-
-/// Exact: a double has room for the digits and the exponent.
-mpz_class integer(float x) { return mpz_class(std::ldexp(static_cast<double>(x), 149)); }
-
-Vector offset(vec3 from, vec3 to) {
-    return {integer(to.x) - integer(from.x), integer(to.y) - integer(from.y),
-            integer(to.z) - integer(from.z)};
-}
-
-Vector cross(const Vector& a, const Vector& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 /// A sum of products in doubles, whose factors are at most four times rounded.
 struct Sum {
@@ -63,16 +44,14 @@ int moved_sign(int sign, vec3 a, vec3 b) {
 }
 
 bool any_opposite(const mpz_class& a, const mpz_class& b, const mpz_class& c) {
-    const int signs[3] = {sgn(a), sgn(b), sgn(c)};
-    const auto [least, most] = std::minmax_element(std::begin(signs), std::end(signs));
-    return *least < 0 && *most > 0;
+    const auto [least, most] = std::minmax({sgn(a), sgn(b), sgn(c)});
+    return least < 0 && most > 0;
 }
 
 bool is_in_box(vec3 p, vec3 a, vec3 b, vec3 c) {
     for (int axis = 0; axis < 3; ++axis) {
-        if (p[axis] < std::min({a[axis], b[axis], c[axis]}) ||
-            p[axis] > std::max({a[axis], b[axis], c[axis]}))
-            return false;
+        const auto [least, most] = std::minmax({a[axis], b[axis], c[axis]});
+        if (p[axis] < least || p[axis] > most) return false;
     }
     return true;
 }
@@ -121,14 +100,16 @@ std::optional<ExactCrossing> crossing_in_doubles(vec3 p, vec3 a, vec3 b, vec3 c)
 
 ExactCrossing exact_crossing(vec3 p, vec3 a, vec3 b, vec3 c) {
     if (const auto crossing = crossing_in_doubles(p, a, b, c)) return *crossing;
-    const Vector ra = offset(p, a);
-    const Vector rb = offset(p, b);
-    const Vector rc = offset(p, c);
+    const WholeUnit unit(p, a, b, c);
+    const WholeVector from = unit(p);
+    const WholeVector ra = unit(a) - from;
+    const WholeVector rb = unit(b) - from;
+    const WholeVector rc = unit(c) - from;
     // Edge functions, opposite to a, b and c, in the planes of two axes.
-    const Vector u = cross(rb, rc);
-    const Vector v = cross(rc, ra);
-    const Vector w = cross(ra, rb);
-    int height = sgn(u.z * ra.z + v.z * rb.z + w.z * rc.z);
+    const WholeVector u = cross(rb, rc);
+    const WholeVector v = cross(rc, ra);
+    const WholeVector w = cross(ra, rb);
+    int height = sgn(dot(u, ra));
     ExactCrossing crossing;
     // In the plane of the triangle, and not outside of it in any of three projections. Where the
     // triangle has no area its corners are on a line, and so is p then.

@@ -1,16 +1,14 @@
 #include "common/scene/triangle_crossing.h"
 
-#include <gmpxx.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
-#include <glm/ext/vector_double3.hpp>
+#include "common/base/whole_vector.h"
 
 namespace mray {
 namespace {
@@ -60,48 +58,9 @@ bool are_apart(const Triangle& a, const Triangle& b) {
 
 // ---- Integers
 
-/// A vector in units of a power of two in which all coordinates of a pair are whole.
-struct WholeVector {
-    mpz_class x, y, z;
-
-    bool operator==(const WholeVector&) const = default;
-    bool is_zero() const { return x == 0 && y == 0 && z == 0; }
-};
-
-/// The power of two of the last digit that a coordinate of a pair may have.
-int unit_exponent(const Triangle& a, const Triangle& b) {
-    constexpr int kDigits = std::numeric_limits<float>::digits;
-    int least = std::numeric_limits<float>::max_exponent;
-    for (const Triangle* t : {&a, &b})
-        for (const vec3& p : *t)
-            for (int axis = 0; axis < 3; ++axis)
-                if (p[axis] != 0) least = std::min(least, std::ilogb(p[axis]));
-    return least - (kDigits - 1);
-}
-
-WholeVector operator-(const WholeVector& a, const WholeVector& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-WholeVector operator-(const WholeVector& a) { return {-a.x, -a.y, -a.z}; }
-mpz_class dot(const WholeVector& a, const WholeVector& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-WholeVector cross(const WholeVector& a, const WholeVector& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 using WholeTriangle = std::array<WholeVector, 3>;
 
-WholeTriangle whole(const Triangle& t, int exponent) {
-    WholeTriangle result;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const auto of = [&](float x) {
-            return mpz_class(std::ldexp(static_cast<double>(x), -exponent));
-        };
-        result[i] = {of(t[i].x), of(t[i].y), of(t[i].z)};
-    }
-    return result;
-}
+WholeVector normal_of(const WholeTriangle& t) { return cross(t[1] - t[0], t[2] - t[0]); }
 
 /// The points p with dot(normal, p - from) >= 0.
 struct HalfSpace {
@@ -115,42 +74,32 @@ std::vector<HalfSpace> half_spaces(const WholeTriangle& t) {
         all.push_back({normal, from});
         all.push_back({-normal, from});
     };
-    const WholeVector normal = cross(t[1] - t[0], t[2] - t[0]);
+    const WholeVector normal = normal_of(t);
     if (!normal.is_zero()) {
         add_plane(normal, t[0]);
         for (std::size_t i = 0; i < 3; ++i)
             all.push_back({cross(normal, t[(i + 1) % 3] - t[i]), t[i]});
         return all;
     }
-    // The longest of the edges has all corners.
-    std::size_t first = 0;
-    mpz_class longest = -1;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const WholeVector edge = t[(i + 1) % 3] - t[i];
-        if (const mpz_class length = dot(edge, edge); length > longest) {
-            longest = length;
-            first = i;
-        }
-    }
-    const WholeVector& p = t[first];
-    const WholeVector& q = t[(first + 1) % 3];
+    // On a line, coordinates order points as they follow each other.
+    const auto [p, q] = std::ranges::minmax(t, [](const WholeVector& a, const WholeVector& b) {
+        return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+    });
     const WholeVector d = q - p;
-    if (d.is_zero()) {
-        for (const WholeTriangle axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; const auto& axis : axes)
-            add_plane(axis, p);
-        return all;
-    }
-    // As dot(across, v) = 0 for all three, cross(d, v) = 0.
-    const WholeTriangle all_across{{{0, d.z, -d.y}, {-d.z, 0, d.x}, {d.y, -d.x, 0}}};
-    for (const WholeVector& across : all_across) add_plane(across, p);
     all.push_back({d, p});
     all.push_back({-d, q});
+    // As dot(across, v) = 0 for all three, cross(d, v) = 0.
+    const WholeTriangle across = {{{0, d.z, -d.y}, {-d.z, 0, d.x}, {d.y, -d.x, 0}}};
+    const WholeTriangle axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    for (const WholeVector& plane : d.is_zero() ? axes : across) add_plane(plane, p);
     return all;
 }
 
-/// The part of the segment from p to q inside, by its weights of q; nothing if there is none.
-std::optional<std::array<mpq_class, 2>> clipped(const WholeVector& p, const WholeVector& q,
-                                                std::span<const HalfSpace> inside) {
+/// The ends of a part of a segment from p to q, by their weights of q.
+using Section = std::optional<std::array<mpq_class, 2>>;
+
+/// The part of a segment inside; nothing if there is none.
+Section clipped(const WholeVector& p, const WholeVector& q, std::span<const HalfSpace> inside) {
     std::array<mpq_class, 2> ends{0, 1};
     for (const auto& [normal, from] : inside) {
         const mpz_class at_p = dot(normal, p - from);
@@ -169,47 +118,16 @@ std::optional<std::array<mpq_class, 2>> clipped(const WholeVector& p, const Whol
     return ends;
 }
 
-/// What two triangles have in common by position: nothing, a vertex, an edge, or all corners.
-struct SharedCorners {
-    std::vector<WholeVector> corners;
-
-    SharedCorners(const WholeTriangle& a, const WholeTriangle& b) {
-        for (const WholeVector& corner : a)
-            if (std::ranges::count(b, corner) > 0 && std::ranges::count(corners, corner) == 0)
-                corners.push_back(corner);
-    }
-    bool is_triangle() const {
-        return corners.size() == 3 &&
-               !cross(corners[1] - corners[0], corners[2] - corners[0]).is_zero();
-    }
-    /// Whether p + weight * (q - p) is a vertex, or lies on an edge.
-    bool has(const WholeVector& p, const WholeVector& q, const mpq_class& weight) const {
-        const mpz_class& unit = weight.get_den();
-        const mpz_class& part = weight.get_num();
-        for (std::size_t i = 0; i < corners.size(); ++i) {
-            const WholeVector& from = corners[i];
-            const WholeVector edge = corners[(i + 1) % corners.size()] - from;
-            const WholeVector at{unit * (p.x - from.x) + part * (q.x - p.x),
-                                 unit * (p.y - from.y) + part * (q.y - p.y),
-                                 unit * (p.z - from.z) + part * (q.z - p.z)};
-            if (at.is_zero()) return true;
-            const mpz_class along = dot(at, edge);
-            if (cross(at, edge).is_zero() && along > 0 && along <= unit * dot(edge, edge))
-                return true;
-        }
-        return false;
-    }
-};
-
-/// Whether an edge of a has a point in b that is not shared. The corners of what both triangles
-/// have in common lie on edges of one of them, and a shared edge has all of it if it has those.
-bool any_edge_crosses(const WholeTriangle& a, const WholeTriangle& b, const SharedCorners& shared) {
+/// Whether an edge of a has a point in b that is not in `shared`, a part of both. The corners of
+/// what both triangles have in common lie on edges of one of them.
+bool any_edge_crosses(const WholeTriangle& a, const WholeTriangle& b,
+                      const std::optional<std::vector<HalfSpace>>& shared) {
     const std::vector<HalfSpace> inside = half_spaces(b);
     for (std::size_t i = 0; i < 3; ++i) {
         const WholeVector& p = a[i];
         const WholeVector& q = a[(i + 1) % 3];
-        const auto ends = clipped(p, q, inside);
-        if (ends && (!shared.has(p, q, (*ends)[0]) || !shared.has(p, q, (*ends)[1]))) return true;
+        const Section section = clipped(p, q, inside);
+        if (section && (!shared || section != clipped(p, q, *shared))) return true;
     }
     return false;
 }
@@ -219,12 +137,21 @@ bool any_edge_crosses(const WholeTriangle& a, const WholeTriangle& b, const Shar
 bool triangles_cross(const Triangle& a, const Triangle& b) {
     if (are_apart(a, b)) return false;
     if (any_edge_surely_pierces(a, b) || any_edge_surely_pierces(b, a)) return true;
-    const int exponent = unit_exponent(a, b);
-    const WholeTriangle whole_a = whole(a, exponent);
-    const WholeTriangle whole_b = whole(b, exponent);
-    const SharedCorners shared(whole_a, whole_b);
-    return shared.is_triangle() || any_edge_crosses(whole_a, whole_b, shared) ||
-           any_edge_crosses(whole_b, whole_a, shared);
+    const WholeUnit unit(a[0], a[1], a[2], b[0], b[1], b[2]);
+    const WholeTriangle whole_a = {unit(a[0]), unit(a[1]), unit(a[2])};
+    const WholeTriangle whole_b = {unit(b[0]), unit(b[1]), unit(b[2])};
+    std::vector<WholeVector> corners;
+    for (const WholeVector& corner : whole_a)
+        if (std::ranges::count(whole_b, corner) > 0) corners.push_back(corner);
+    // A vertex or an edge, as a triangle without area.
+    std::optional<std::vector<HalfSpace>> shared;
+    if (!corners.empty()) {
+        corners.resize(3, corners.back());
+        const WholeTriangle t = {corners[0], corners[1], corners[2]};
+        if (!normal_of(t).is_zero()) return true;
+        shared = half_spaces(t);
+    }
+    return any_edge_crosses(whole_a, whole_b, shared) || any_edge_crosses(whole_b, whole_a, shared);
 }
 
 }  // namespace mray

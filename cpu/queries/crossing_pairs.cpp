@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <iterator>
+#include <utility>
 
 #include "common/scene/triangle_crossing.h"
 
@@ -13,39 +12,20 @@
 #include <hwy/highway.h>
 
 #include "cpu/simd/node-inl.h"
+#include "cpu/simd/triangle_plane-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
 // ---- Planes that separate two triangles, in lanes of doubles
 
-using DoubleTag = hn::CappedTag<double, 8>;
-using DoubleVec = hn::Vec<DoubleTag>;
 using DoubleMask = hn::Mask<DoubleTag>;
-inline constexpr DoubleTag kDoubles;
 inline constexpr std::size_t kPairLanes = hn::MaxLanes(kDoubles);
 
-struct Double3 {
-    DoubleVec x, y, z;
-};
-HWY_INLINE Double3 operator-(const Double3& a, const Double3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-HWY_INLINE Double3 operator+(const Double3& a, const Double3& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
 HWY_INLINE Double3 operator*(const Double3& a, DoubleVec b) { return {a.x * b, a.y * b, a.z * b}; }
-HWY_INLINE Double3 sizes(const Double3& v) { return {hn::Abs(v.x), hn::Abs(v.y), hn::Abs(v.z)}; }
 HWY_INLINE Double3 largest(const Double3& a, const Double3& b) {
     return {hn::Max(a.x, b.x), hn::Max(a.y, b.y), hn::Max(a.z, b.z)};
 }
-HWY_INLINE DoubleVec dot(const Double3& a, const Double3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-HWY_INLINE Double3 cross(const Double3& a, const Double3& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-HWY_INLINE DoubleVec splat_double(double x) { return hn::Set(kDoubles, x); }
 /// Of a length between 0.96 and 1.04, which is enough for normals, without a root or division. Half
 /// of the bits of a number, from those of a constant, are about its reciprocal root.
 HWY_INLINE Double3 about_unit(const Double3& v) {
@@ -55,33 +35,11 @@ HWY_INLINE Double3 about_unit(const Double3& v) {
     return v * hn::BitCast(kDoubles, root);
 }
 
-/// Pairs that wait for a vector of their kind, with the vertices of both triangles.
-struct PairQueue {
-    static constexpr std::size_t kRoom = 4 * kMaxLanes;
-
-    std::size_t count = 0;
-    std::uint32_t prims[2][kRoom], vertices[2][3][kRoom] = {};
-
-    HWY_INLINE TrianglePair pair(std::size_t i) const { return {prims[0][i], prims[1][i]}; }
-};
-
-/// The corners of as many pairs as lanes, which have these vertices.
-HWY_INLINE Double3 corners_from(std::span<const vec3> positions, const std::uint32_t* vertices) {
-    const hn::Rebind<float, DoubleTag> floats;
-    const hn::Rebind<std::int32_t, DoubleTag> ints;
-    const auto vertex = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(vertices));
-    const auto place = vertex + vertex + vertex;
-    const auto along = [&](int axis) HWY_ATTR {
-        return hn::PromoteTo(kDoubles, hn::GatherIndex(floats, &positions.front().x + axis, place));
-    };
-    return {along(0), along(1), along(2)};
-}
-
 // The normals of planes may be rounded: only that corners are surely above or below them counts.
 
 /// Whether a normal surely has the differences on this side.
 HWY_INLINE DoubleMask surely_above(const Double3& normal, const Double3& v) {
-    return dot(normal, v) > splat_double(kPlaneRounding) * dot(sizes(normal), sizes(v));
+    return dot(normal, v) > real(kPlaneRounding) * dot(magnitudes(normal), magnitudes(v));
 }
 
 /// Pairs of triangles without a common vertex.
@@ -89,15 +47,15 @@ HWY_INLINE DoubleMask are_separate(const Double3 a[3], const Double3 b[3]) {
     const Double3 edge = a[1] - a[0];
     const Double3 edge2 = a[2] - a[0];
     const Double3 from_a[] = {b[0] - a[0], b[1] - a[0], b[2] - a[0]};
-    Double3 most = largest(sizes(edge), sizes(edge2));
-    for (const Double3& v : from_a) most = largest(most, sizes(v));
+    Double3 most = largest(magnitudes(edge), magnitudes(edge2));
+    for (const Double3& v : from_a) most = largest(most, magnitudes(v));
     const DoubleVec none = hn::Zero(kDoubles);
     const auto separates = [&](const Double3& normal) HWY_ATTR {
         const DoubleVec p = dot(normal, edge), q = dot(normal, edge2);
         DoubleVec d[3];
         for (int i = 0; i < 3; ++i) d[i] = dot(normal, from_a[i]);
         // Two of them are compared, which rounds once more.
-        const DoubleVec error = splat_double(4 * kPlaneRounding) * dot(sizes(normal), most);
+        const DoubleVec error = real(4 * kPlaneRounding) * dot(magnitudes(normal), most);
         return hn::Or(hn::Min(d[0], hn::Min(d[1], d[2])) - hn::Max(none, hn::Max(p, q)) > error,
                       hn::Min(none, hn::Min(p, q)) - hn::Max(d[0], hn::Max(d[1], d[2])) > error);
     };
@@ -139,11 +97,11 @@ HWY_INLINE DoubleMask meet_in_vertex(const Double3 a[3], const Double3 b[3]) {
         const DoubleVec to_first = dot(normal, first), to_second = dot(normal, second);
         const DoubleVec slope =
             hn::Max(dot(own, first) / hn::Abs(to_first), dot(own, second) / hn::Abs(to_second));
-        const DoubleVec by = hn::Max(splat_double(2) * slope, splat_double(0x1p-20));
+        const DoubleVec by = hn::Max(real(2) * slope, real(0x1p-20));
         return own - normal * hn::CopySign(by, to_first);
     };
     try_normal(turned(about_unit(cross(p, q)), p1 + q1, r, s));
-    try_normal(turned(about_unit(cross(r, s)), r1 + s1, p, q) * splat_double(-1));
+    try_normal(turned(about_unit(cross(r, s)), r1 + s1, p, q) * real(-1));
     for (const Double3& own : {p1, q1})
         for (const Double3& others : {r1, s1}) try_normal(own - others);
     return found;
@@ -156,18 +114,47 @@ HWY_INLINE DoubleMask meet_in_edge(const Double3 a[3], const Double3 b[3]) {
     const Double3 across_c = cross(c, edge), across_d = cross(d, edge);
     const Double3 along = about_unit(across_c) - about_unit(across_d);
     const auto error = [&](const Double3& v) HWY_ATTR {
-        const Double3 e = sizes(edge), w = sizes(v);
+        const Double3 e = magnitudes(edge), w = magnitudes(v);
         const Double3 products = {w.y * e.z + w.z * e.y, w.z * e.x + w.x * e.z,
                                   w.x * e.y + w.y * e.x};
-        return splat_double(kSideRounding) * dot(sizes(along), products);
+        return real(kSideRounding) * dot(magnitudes(along), products);
     };
     return hn::And(dot(along, across_c) > error(c), dot(along, across_d) < hn::Neg(error(d)));
 }
 
-// ---- Triangles and leaves
+// ---- Pairs
 
-HWY_INLINE TrianglePair in_order(std::uint32_t a, std::uint32_t b) {
-    return {std::min(a, b), std::max(a, b)};
+/// The vertices of two triangles, three each, and their prim_ids.
+using Pair = std::array<std::uint32_t, 8>;
+
+/// Pairs that wait for a vector of their kind.
+struct PairQueue {
+    static constexpr std::size_t kRoom = 4 * kMaxLanes;
+
+    std::size_t count = 0;
+    std::uint32_t words[8][kRoom] = {};
+
+    HWY_INLINE Pair operator[](std::size_t i) const {
+        Pair pair;
+        for (std::size_t k = 0; k < pair.size(); ++k) pair[k] = words[k][i];
+        return pair;
+    }
+    HWY_INLINE void push(const Pair& pair) {
+        for (std::size_t k = 0; k < pair.size(); ++k) words[k][count] = pair[k];
+        ++count;
+    }
+};
+
+/// The corners of as many pairs as lanes, which have these vertices.
+HWY_INLINE Double3 corners_from(std::span<const vec3> positions, const std::uint32_t* vertices) {
+    const hn::Rebind<std::int32_t, DoubleTag> ints;
+    const auto vertex = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(vertices));
+    const auto place = vertex + vertex + vertex;
+    const auto along = [&](int axis) HWY_ATTR {
+        return hn::PromoteTo(kDoubles,
+                             hn::GatherIndex(kHalves, &positions.front().x + axis, place));
+    };
+    return {along(0), along(1), along(2)};
 }
 
 /// Tests pairs in vectors, sorted by the number of vertices that they share.
@@ -176,8 +163,9 @@ public:
     PairTests(const CrossingScene& scene, std::vector<TrianglePair>& found)
         : scene_(scene), found_(found) {}
 
-    HWY_INLINE void add(const TrianglePair& pair) {
-        put(pair, {0, 1, 2}, {0, 1, 2}, unsorted_);
+    HWY_INLINE void add(std::uint32_t first, std::uint32_t second) {
+        const uvec3 a = scene_.topology.triangles[first], b = scene_.topology.triangles[second];
+        unsorted_.push({a.x, a.y, a.z, b.x, b.y, b.z, first, second});
         if (unsorted_.count == kLanes) sort();
     }
     void finish() {
@@ -188,61 +176,33 @@ public:
     }
 
 private:
-    /// Corners of a triangle, those that the other one has, too, before the others.
-    using Order = std::array<int, 3>;
-
-    HWY_INLINE void put(const TrianglePair& pair, const Order& a, const Order& b,
-                        PairQueue& queue) const {
-        const uvec3 first = scene_.topology.triangles[pair.first];
-        const uvec3 second = scene_.topology.triangles[pair.second];
-        const std::size_t at = queue.count++;
-        queue.prims[0][at] = pair.first;
-        queue.prims[1][at] = pair.second;
-        for (std::size_t i = 0; i < 3; ++i) {
-            queue.vertices[0][i][at] = first[a[i]];
-            queue.vertices[1][i][at] = second[b[i]];
-        }
-    }
-
     /// Moves a vector of pairs to the queues of those that share as many vertices, which come
     /// first. A triangle that has a vertex twice is taken as one that shares none.
     HWY_NOINLINE void sort() {
         UintVec v[2][3];
-        for (std::size_t side = 0; side < 2; ++side)
-            for (std::size_t i = 0; i < 3; ++i)
-                v[side][i] = load_unaligned(unsorted_.vertices[side][i]);
-        UintMask is_shared[2][3];
-        for (std::size_t i = 0; i < 3; ++i) {
-            is_shared[0][i] = (v[0][i] == v[1][0]) | (v[0][i] == v[1][1]) | (v[0][i] == v[1][2]);
-            is_shared[1][i] = (v[1][i] == v[0][0]) | (v[1][i] == v[0][1]) | (v[1][i] == v[0][2]);
-        }
+        for (std::size_t i = 0; i < 6; ++i) v[i / 3][i % 3] = load_unaligned(unsorted_.words[i]);
         UintVec counts[2];
         for (std::size_t side = 0; side < 2; ++side) {
-            const auto& own = is_shared[side];
+            const auto& own = v[side];
+            const auto& other = v[1 - side];
+            UintMask is_shared[3];
             counts[side] = splat(0u);
-            for (const UintMask& one : own)
-                counts[side] = counts[side] + hn::IfThenElseZero(one, splat(1u));
-            const UintMask second_first = hn::AndNot(own[0], own[1]);
-            const UintMask third_first = hn::AndNot(own[1], own[2]);
             for (std::size_t i = 0; i < 3; ++i) {
-                const UintVec turned =
-                    select(third_first, v[side][(i + 2) % 3],
-                           select(second_first, v[side][(i + 1) % 3], v[side][i]));
-                store_unaligned(turned, unsorted_.vertices[side][i]);
+                is_shared[i] = (own[i] == other[0]) | (own[i] == other[1]) | (own[i] == other[2]);
+                counts[side] = counts[side] + zero_unless(is_shared[i], splat(1u));
+            }
+            const UintMask second_first = hn::AndNot(is_shared[0], is_shared[1]);
+            const UintMask third_first = hn::AndNot(is_shared[1], is_shared[2]);
+            for (std::size_t i = 0; i < 3; ++i) {
+                const UintVec turned = select(third_first, own[(i + 2) % 3],
+                                              select(second_first, own[(i + 1) % 3], own[i]));
+                store_unaligned(turned, unsorted_.words[3 * side + i]);
             }
         }
         const UintMask is_sound = hn::And(counts[0] == counts[1], counts[0] < splat(3u));
         std::uint32_t shared_of[kMaxLanes];
-        store_unaligned(hn::IfThenElseZero(is_sound, counts[0]), shared_of);
-        for (std::size_t l = 0; l < unsorted_.count; ++l) {
-            PairQueue& queue = sorted_[shared_of[l]];
-            const std::size_t at = queue.count++;
-            for (std::size_t side = 0; side < 2; ++side) {
-                queue.prims[side][at] = unsorted_.prims[side][l];
-                for (std::size_t i = 0; i < 3; ++i)
-                    queue.vertices[side][i][at] = unsorted_.vertices[side][i][l];
-            }
-        }
+        store_unaligned(zero_unless(is_sound, counts[0]), shared_of);
+        for (std::size_t l = 0; l < unsorted_.count; ++l) sorted_[shared_of[l]].push(unsorted_[l]);
         unsorted_.count = 0;
         for (std::size_t shared = 0; shared < 3; ++shared)
             while (sorted_[shared].count >= kPairLanes) test(shared);
@@ -255,48 +215,39 @@ private:
         queue.count -= size;
         Double3 a[3], b[3];
         for (std::size_t i = 0; i < 3; ++i) {
-            a[i] = corners_from(scene_.positions, queue.vertices[0][i] + queue.count);
-            b[i] = corners_from(scene_.positions, queue.vertices[1][i] + queue.count);
+            a[i] = corners_from(scene_.positions, queue.words[i] + queue.count);
+            b[i] = corners_from(scene_.positions, queue.words[3 + i] + queue.count);
         }
         const DoubleMask apart = shared == 0   ? are_separate(a, b)
                                  : shared == 1 ? meet_in_vertex(a, b)
                                                : meet_in_edge(a, b);
         std::uint8_t bits[8] = {};
         hn::StoreMaskBits(kDoubles, apart, bits);
-        TrianglePair left[kPairLanes];
+        Pair left[kPairLanes];
         std::size_t count = 0;
         for (std::size_t i = 0; i < size; ++i)
-            if ((bits[0] >> i & 1) == 0) left[count++] = queue.pair(queue.count + i);
+            if ((bits[0] >> i & 1) == 0) left[count++] = queue[queue.count + i];
         for (std::size_t i = 0; i < count; ++i) decide(left[i], shared);
     }
 
     /// Decides on a pair of which planes leave open whether it crosses. If more corners lie at one
     /// place than were known to be shared, planes are tried again.
-    void decide(const TrianglePair& pair, std::size_t shared) {
-        const std::array<vec3, 3> a = corners_of(pair.first);
-        const std::array<vec3, 3> b = corners_of(pair.second);
-        Order of_a = {0, 1, 2}, of_b = {0, 1, 2};
+    void decide(Pair pair, std::size_t shared) {
+        const auto at = [&](std::size_t i) { return scene_.positions[pair[i]]; };
         std::size_t count = 0;
         for (std::size_t i = 0; i < 3; ++i) {
-            for (std::size_t j = count; j < 3; ++j) {
-                const auto corner_a = static_cast<std::size_t>(of_a[i]);
-                const auto corner_b = static_cast<std::size_t>(of_b[j]);
-                if (a[corner_a] != b[corner_b]) continue;
-                std::swap(of_a[count], of_a[i]);
-                std::swap(of_b[count++], of_b[j]);
-                break;
-            }
+            std::size_t same = 3 + count;
+            while (same < 6 && at(same) != at(i)) ++same;
+            if (same == 6) continue;
+            std::swap(pair[3 + count], pair[same]);
+            std::swap(pair[count++], pair[i]);
         }
         if (count > shared && count < 3) {
-            put(pair, of_a, of_b, sorted_[count]);
+            sorted_[count].push(pair);
             if (sorted_[count].count >= kPairLanes) test(count);
-        } else if (triangles_cross(a, b)) {
-            found_.push_back(pair);
+        } else if (triangles_cross({at(0), at(1), at(2)}, {at(3), at(4), at(5)})) {
+            found_.push_back({std::min(pair[6], pair[7]), std::max(pair[6], pair[7])});
         }
-    }
-    std::array<vec3, 3> corners_of(std::uint32_t prim) const {
-        const uvec3 t = scene_.topology.triangles[prim];
-        return {scene_.positions[t.x], scene_.positions[t.y], scene_.positions[t.z]};
     }
 
     const CrossingScene& scene_;
@@ -304,21 +255,19 @@ private:
     PairQueue unsorted_, sorted_[3];
 };
 
-/// The triangles of a leaf that may cross others: their boxes, by axis and slot, and their sets.
+// ---- Leaves
+
+/// The triangles of a leaf as slots of a node: their boxes, and as bits those of each set that may
+/// cross others.
 struct LeafTriangles {
-    alignas(64) float lower[3][kLeafTriangles], upper[3][kLeafTriangles];
+    Node boxes;
     std::uint32_t in_first = 0, in_second = 0;
-    std::uint32_t used = 0;
+
+    std::uint32_t used() const { return in_first | in_second; }
 };
 
-HWY_INLINE std::uint8_t sets_of(const CrossingScene& scene, std::uint32_t prim) {
-    return scene.sets.empty() ? std::uint8_t{kInFirstSet | kInSecondSet} : scene.sets[prim];
-}
-
 HWY_INLINE void load_triangles(const CrossingScene& scene, const Leaf& leaf, LeafTriangles& out) {
-    for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
-        const std::uint32_t prim = leaf.prim_id[i];
-        if (prim == kNoPrim) break;
+    for (std::uint32_t i = 0; i < kLeafTriangles && leaf.prim_id[i] != kNoPrim; ++i) {
         const std::uint32_t corners = leaf.vertex[i].corners;
         const Float4 p = load4(&leaf.vertex[corner(corners, 0)].x);
         const Float4 q = load4(&leaf.vertex[corner(corners, 1)].x);
@@ -326,16 +275,13 @@ HWY_INLINE void load_triangles(const CrossingScene& scene, const Leaf& leaf, Lea
         alignas(16) float least[4], most[4];
         store(min(p, min(q, r)), least);
         store(max(p, max(q, r)), most);
-        for (int axis = 0; axis < 3; ++axis) {
-            out.lower[axis][i] = least[axis];
-            out.upper[axis][i] = most[axis];
-        }
+        set_slot_box(out.boxes, i, {{least[0], least[1], least[2]}, {most[0], most[1], most[2]}});
         if (!(most[0] <= kSceneExtent)) continue;
-        const std::uint8_t sets = sets_of(scene, prim);
-        out.in_first |= (sets & kInFirstSet) != 0 ? 1u << i : 0;
-        out.in_second |= (sets & kInSecondSet) != 0 ? 1u << i : 0;
+        const int sets =
+            scene.sets.empty() ? kInFirstSet | kInSecondSet : scene.sets[leaf.prim_id[i]];
+        out.in_first |= ((sets & kInFirstSet) != 0 ? 1u : 0u) << i;
+        out.in_second |= ((sets & kInSecondSet) != 0 ? 1u : 0u) << i;
     }
-    out.used = out.in_first | out.in_second;
 }
 
 // Triangles that meet in the space of CrossingScene may be this far apart in scene space.
@@ -349,30 +295,16 @@ HWY_INLINE Box widened(Box box) {
     }
     return box;
 }
-HWY_INLINE Box box_of(const LeafTriangles& triangles, std::uint32_t slot) {
-    Box box;
-    for (int axis = 0; axis < 3; ++axis) {
-        box.lower[axis] = triangles.lower[axis][slot];
-        box.upper[axis] = triangles.upper[axis][slot];
-    }
-    return box;
-}
 
-/// The slots of 16 boxes that meet a box.
-template <class Planes>
-HWY_INLINE std::uint32_t slots_meeting(const Box& box, Planes planes) {
+/// The slots whose boxes meet a box.
+HWY_INLINE std::uint32_t slots_meeting(const Box& box, const Node& node) {
     return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
-        Mask meets =
-            (planes(0, 0, slot) <= splat(box.upper.x)) & (planes(0, 1, slot) >= splat(box.lower.x));
-        meets = meets & (planes(1, 0, slot) <= splat(box.upper.y)) &
-                (planes(1, 1, slot) >= splat(box.lower.y));
-        return meets & (planes(2, 0, slot) <= splat(box.upper.z)) &
-               (planes(2, 1, slot) >= splat(box.lower.z));
-    });
-}
-HWY_INLINE std::uint32_t slots_meeting(const Box& box, const LeafTriangles& triangles) {
-    return slots_meeting(box, [&](int axis, int side, std::size_t slot) HWY_ATTR {
-        return load((side == 0 ? triangles.lower : triangles.upper)[axis] + slot);
+        Mask meets = (planes_of(node, 0, 0, slot) <= box.upper.x) &
+                     (planes_of(node, 0, 1, slot) >= box.lower.x);
+        meets = meets & (planes_of(node, 1, 0, slot) <= box.upper.y) &
+                (planes_of(node, 1, 1, slot) >= box.lower.y);
+        return meets & (planes_of(node, 2, 0, slot) <= box.upper.z) &
+               (planes_of(node, 2, 1, slot) >= box.lower.z);
     });
 }
 
@@ -380,16 +312,15 @@ HWY_INLINE std::uint32_t slots_meeting(const Box& box, const LeafTriangles& tria
 /// leaf each pair once.
 HWY_INLINE void add_pairs(const Leaf& leaf, const LeafTriangles& own, std::uint32_t left,
                           const Leaf& other_leaf, const LeafTriangles& other, PairTests& tests) {
-    for (; left != 0; left &= left - 1) {
-        const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
+    for (const std::uint32_t i : BitsOf(left)) {
         std::uint32_t partners = 0;
         if ((own.in_first >> i & 1) != 0) partners |= other.in_second;
         if ((own.in_second >> i & 1) != 0) partners |= other.in_first;
         if (&own == &other) partners &= ~((2u << i) - 1);
         if (partners == 0) continue;
-        partners &= slots_meeting(widened(box_of(own, i)), other);
-        for (; partners != 0; partners &= partners - 1)
-            tests.add(in_order(leaf.prim_id[i], other_leaf.prim_id[std::countr_zero(partners)]));
+        partners &= slots_meeting(widened(slot_box(own.boxes, i)), other.boxes);
+        for (const std::uint32_t k : BitsOf(partners))
+            tests.add(leaf.prim_id[i], other_leaf.prim_id[k]);
     }
 }
 
@@ -399,10 +330,9 @@ void find_crossings_of_leaf(const CrossingScene& scene, std::uint32_t index,
     const Leaf& leaf = bvh.leaves[index];
     LeafTriangles own;
     load_triangles(scene, leaf, own);
-    if (own.used == 0) return;
+    if (own.used() == 0) return;
     Box bounds;
-    for (std::uint32_t left = own.used; left != 0; left &= left - 1)
-        bounds.extend(box_of(own, static_cast<std::uint32_t>(std::countr_zero(left))));
+    for (const std::uint32_t i : BitsOf(own.used())) bounds.extend(slot_box(own.boxes, i));
     const Box reach = widened(bounds);
     PairTests tests(scene, found);
     TraversalStack<std::uint32_t> stack;
@@ -410,22 +340,16 @@ void find_crossings_of_leaf(const CrossingScene& scene, std::uint32_t index,
     stack[top++] = 0;
     while (top != 0) {
         const Node& node = bvh.nodes[stack[--top]];
-        std::uint32_t met =
-            slots_meeting(reach, [&](int axis, int side, std::size_t slot) HWY_ATTR {
-                return planes_of(node, static_cast<std::uint32_t>(axis),
-                                 static_cast<std::uint32_t>(side), slot);
-            });
-        for (; met != 0; met &= met - 1) {
-            const auto slot = static_cast<std::uint32_t>(std::countr_zero(met));
+        for (const std::uint32_t slot : BitsOf(slots_meeting(reach, node))) {
             const std::uint32_t child = child_of(node, slot);
             if (!is_leaf(child)) {
                 stack[top++] = child;
             } else if (child == kEmptyChild || leaf_of(child) < index) {
                 continue;
             } else if (leaf_of(child) == index) {
-                add_pairs(leaf, own, own.used, leaf, own, tests);
+                add_pairs(leaf, own, own.used(), leaf, own, tests);
             } else if (const std::uint32_t near =
-                           own.used & slots_meeting(widened(slot_box(node, slot)), own);
+                           own.used() & slots_meeting(widened(slot_box(node, slot)), own.boxes);
                        near != 0) {
                 const Leaf& other_leaf = bvh.leaves[leaf_of(child)];
                 LeafTriangles other;

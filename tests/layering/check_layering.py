@@ -61,8 +61,8 @@ PLACES = {
     "benchmark/": "lab/bench/",
     "embree[0-9]+/": r"lab/methods/embree\.h$|library/embree/|tests/library/embree/",
     "pybind11/": "library/python/module/",
-    r"gmp(xx)?\.h$": r"common/scene/(exact_crossing|triangle_crossing)\.cpp$|tests/library/crossings_test|"
-                     r"(tests/)?common/bvh/exact_closest|lab/accuracy/|tests/common/interop/refined_hit_test|"
+    r"gmp(xx)?\.h$": r"common/base/whole_vector\.h$|tests/library/crossings_test|"
+                     r"tests/common/bvh/exact_closest|lab/accuracy/|tests/common/interop/refined_hit_test|"
                      r"scenes/polygons/triangulate\.cpp$",
     r"xxhash\.h$": r"common/base/hash\.h$",
     # One source that reads JSON, one header for writing it, and what scripts are given.
