@@ -22,6 +22,7 @@
 #include "cpu/refit/refit.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/options.h"
+#include "lab/methods/crossing_peers.h"
 #include "lab/methods/embree.h"
 #include "lab/methods/paper_2007.h"
 #include "lab/methods/report.h"
@@ -241,9 +242,9 @@ std::span<const morphray::Vec3> to_user(std::span<const vec3> points) {
     return {reinterpret_cast<const morphray::Vec3*>(points.data()), points.size()};
 }
 
-morphray::Scene user_scene(const Rig& rig) {
+morphray::Scene user_scene(const Rig& rig, std::span<const vec3> positions) {
     return morphray::Scene::build(
-        {.positions = morphray::packed(to_user(rig.scene.positions)),
+        {.positions = morphray::packed(to_user(positions)),
          .triangles = {&rig.topology().triangles.data()->x, 3 * rig.topology().triangles.size()}},
         morphray::Device::cpu({.threads = rig.arena.threads()}),
         {.bounds = kBounds, .update = morphray::Refit{}});
@@ -389,7 +390,7 @@ void bench_frame(const Rig& rig) {
 /// Queries by the public interface the closest points, against Embree's point queries, and counts
 /// of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig) {
-    const morphray::Scene ours = user_scene(rig);
+    const morphray::Scene ours = user_scene(rig, rig.scene.positions);
     std::deque<EmbreeQueries> peers;
     for (const bool robust : {true, false})
         for (const EmbreeDevice& device : rig.devices)
@@ -460,16 +461,47 @@ void bench_queries(const Rig& rig) {
     }
 }
 
+#ifdef MORPHRAY_CROSSING_PEERS
+/// The frames of the scene in turn: the trees follow the positions, and all pairs are found.
+void bench_crossings(const Rig& rig) {
+    std::vector<vec3> positions = rig.scene.positions;
+    std::size_t found = 0;
+    const auto move = [&](int round) {
+        positions = round % 2 == 0 ? rig.scene.moved : rig.scene.positions;
+    };
+    morphray::Scene ours = user_scene(rig, positions);
+    std::vector<Method> methods = {{"refit, all pairs", move, timing([&] {
+                                        ours.update();
+                                        found = ours.crossings().pairs.size();
+                                    })}};
+    std::deque<std::size_t> counts;
+    for (const CrossingPeer& peer : crossing_peers(rig.topology(), positions)) {
+        std::size_t& count = counts.emplace_back();
+        methods.push_back({peer.name + ", one thread", move,
+                           timing([&, peer] { count = peer.count(positions); }), peer.name});
+        if (!peer.is_exact) continue;
+        methods.back().differences = [&] {
+            return std::max(found, count) - std::min(found, count);
+        };
+    }
+    rig.compare({"crossings", kMs}, methods);
+}
+#endif
+
 void run_works(const Rig& rig, std::span<const RaySet> traced, const BenchOptions& options) {
     if (!traced.empty()) {
         const std::vector<EmbreeScene> embree =
             embree_variants(rig.devices, rig.topology(), rig.scene.positions);
         for (const RaySet& set : traced) bench_trace(rig, embree, set);
     }
-    constexpr std::pair<const char*, void (*)(const Rig&)> kWorks[] = {{"queries", bench_queries},
-                                                                       {"frame", bench_frame},
-                                                                       {"refit", bench_refit},
-                                                                       {"build", bench_build}};
+    constexpr std::pair<const char*, void (*)(const Rig&)> kWorks[] = {
+        {"queries", bench_queries},
+#ifdef MORPHRAY_CROSSING_PEERS
+        {"crossings", bench_crossings},
+#endif
+        {"frame", bench_frame},
+        {"refit", bench_refit},
+        {"build", bench_build}};
     for (const auto& [name, bench] : kWorks)
         if (options.wants(name)) bench(rig);
 }

@@ -54,7 +54,7 @@ void add_options(CLI::App& app, const std::string& program, BenchOptions& o) {
         return;
     }
     if (program != "builds") {
-        works.insert(works.end(), {"refit", "build", "queries", "frame"});
+        works.insert(works.end(), {"refit", "build", "queries", "frame", "crossings"});
         app.add_option("--csv", o.csv, "the rows as comma-separated values");
         list(app.add_option("--threads", o.threads, "how many threads"))
             ->check(CLI::Range(1, 1024));

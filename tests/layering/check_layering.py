@@ -64,6 +64,7 @@ PLACES = {
     r"gmp(xx)?\.h$": r"common/base/whole_vector\.h$|tests/library/crossings_test|"
                      r"tests/common/bvh/exact_closest|lab/accuracy/|tests/common/interop/refined_hit_test|"
                      r"scenes/polygons/triangulate\.cpp$",
+    r"(CGAL|fcl)/": r"lab/methods/crossing_peers\.cpp$",
     r"xxhash\.h$": r"common/base/hash\.h$",
     # One source that reads JSON, one header for writing it, and what scripts are given.
     "nlohmann/": r"scenes/json/json_at\.h$|app/report/json_parts\.h$|report/plot\.cpp$|tests/",
