@@ -9,10 +9,9 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
     RegionArguments region;
     LitArguments lit;
     OcclusionArguments occlusion;
-    RaysArguments rays;
+    CountArguments count;
     ResumeArguments resume;
     RefitArguments refit;
-    BodyArguments bodies;
     WorkHeader header;
     Suspended suspended;
     Hit hit;
@@ -20,6 +19,6 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
 layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
 
 void main() {
-    result = node.child[0] + leaf.prim_id[0] + region.x + lit.x + occlusion.x + rays.ray_count + resume.first +
-             refit.first + bodies.count + header.status + suspended.answer_index + hit.prim_id;
+    result = node.child[0] + leaf.prim_id[0] + region.x + lit.x + occlusion.x + count.count + resume.first +
+             refit.first + header.suspended_count + suspended.answer_index + hit.prim_id;
 }

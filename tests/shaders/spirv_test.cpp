@@ -305,10 +305,10 @@ TEST(SharedLayout, RaysAndHitsAgree) {
               (Offsets{OFFSET(Suspended, ray), OFFSET(Suspended, answer_index),
                        OFFSET(Suspended, open)}));
     EXPECT_EQ(in_kernel("WorkHeader"),
-              (Offsets{OFFSET(WorkHeader, status), OFFSET(WorkHeader, suspended_count),
-                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, open_count),
-                       OFFSET(WorkHeader, visible_count), OFFSET(WorkHeader, shown_count),
-                       OFFSET(WorkHeader, pad1), OFFSET(WorkHeader, pad2)}));
+              (Offsets{OFFSET(WorkHeader, suspended_count), OFFSET(WorkHeader, unfinished_count),
+                       OFFSET(WorkHeader, open_count), OFFSET(WorkHeader, visible_count),
+                       OFFSET(WorkHeader, shown_count), OFFSET(WorkHeader, pad1),
+                       OFFSET(WorkHeader, pad2), OFFSET(WorkHeader, pad3)}));
 }
 
 TEST(SharedLayout, ArgumentsAgree) {
@@ -352,13 +352,12 @@ TEST(SharedLayout, ArgumentsAgree) {
         (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
                  OFFSET(OcclusionArguments, y), OFFSET(OcclusionArguments, width),
                  OFFSET(OcclusionArguments, ray_first), OFFSET(OcclusionArguments, ray_end)}));
-    EXPECT_EQ(in_kernel("RaysArguments"), (Offsets{OFFSET(RaysArguments, ray_count)}));
+    EXPECT_EQ(in_kernel("CountArguments"), (Offsets{OFFSET(CountArguments, count)}));
     EXPECT_EQ(in_kernel("ResumeArguments"),
               (Offsets{OFFSET(ResumeArguments, first), OFFSET(ResumeArguments, count),
                        OFFSET(ResumeArguments, fresh), OFFSET(ResumeArguments, any_hit)}));
     EXPECT_EQ(in_kernel("RefitArguments"),
               (Offsets{OFFSET(RefitArguments, first), OFFSET(RefitArguments, count)}));
-    EXPECT_EQ(in_kernel("BodyArguments"), (Offsets{OFFSET(BodyArguments, count)}));
 }
 
 }  // namespace
