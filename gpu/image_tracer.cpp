@@ -27,7 +27,6 @@ std::uint32_t rays_of_hit(const RegionArguments& region) {
     return rays_per_hit(region.params.rays, region.params.ao_count);
 }
 
-/// The secondary rays [first, end) of a region.
 OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
                              std::uint32_t end) {
     return {region.params, region.x, region.y, region.width, first, end};
@@ -35,7 +34,6 @@ OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
 
 }  // namespace
 
-/// Prepares the kernels that every image of this kind needs, the fastest to compile first.
 void ImageTracer::prepare_kernels(const Watch& watch) {
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
@@ -157,7 +155,7 @@ double ImageTracer::trace_regions(std::span<const RegionArguments> regions, std:
         shade_and_copy(commands);
         passes_.end(commands);
     });
-    const std::uint32_t suspended = passes_.header("trace views").suspended_count;
+    const std::uint32_t suspended = passes_.header().suspended_count;
     if (suspended == 0) return device_ms;
     const double resume_ms = passes_.resume(false, suspended);
     return device_ms + resume_ms + context_.submit("shade views", shade_and_copy);
@@ -190,7 +188,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     if (is_shaded) times.shade_ms += stages.back();
 
     // A stage with suspended rays is completed, and all later stages are done again.
-    const WorkHeader header = passes_.header("trace camera rays");
+    const WorkHeader header = passes_.header();
     bool is_current = is_shaded || !with_pixels_;
     if (header.suspended_count != 0 && header.visible_count == 0) {
         is_current = false;
@@ -214,7 +212,7 @@ void ImageTracer::trace_secondary(const RegionArguments& region, BackendTimes& t
         record_secondary(commands, region, batch);
         passes_.end(commands);
     });
-    finish_secondary(region, batch, passes_.header("trace secondary rays"), times, watch);
+    finish_secondary(region, batch, passes_.header(), times, watch);
 }
 
 /// Traces what a submission of secondary rays, which has this header, left. Returns whether that

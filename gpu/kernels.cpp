@@ -25,7 +25,7 @@ Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
     : device_(device),
       context_(context),
       primary(SPIRV(primary), {steps}, kNoRegion),
-      rays(SPIRV(rays), {steps}, RaysArguments{}),
+      rays(SPIRV(rays), {steps}, CountArguments{}),
       compact(SPIRV(compact), {steps}, kNoRegion),
       occlusion(SPIRV(occlusion), {steps}, OcclusionArguments{}),
       decide(SPIRV(decide), {steps}, DecideArguments{}),
@@ -38,7 +38,7 @@ Kernels::Kernels(SharedDevice& device, Context& context, std::uint32_t steps)
       find_surfaces(SPIRV(find_surfaces), {steps}, LitArguments{}),
       flat_shadows(SPIRV(flat_shadows), {steps}, LitArguments{}),
       lit(SPIRV(lit), {steps}, LitArguments{}),
-      move_bodies(SPIRV(move_bodies), {steps}, BodyArguments{}),
+      move_bodies(SPIRV(move_bodies), {steps}, CountArguments{}),
       refit_leaves(SPIRV(refit_leaves), {steps}, RefitArguments{}),
       refit_nodes(SPIRV(refit_nodes), {steps}, RefitArguments{}) {}
 

@@ -92,23 +92,10 @@ private:
     std::uint64_t version_ = 0;
 
 public:
-    Kernel primary;
-    Kernel rays;
-    Kernel compact;
-    Kernel occlusion;
-    Kernel decide;
-    Kernel resume;
-    QueryKernel hits;
-    QueryKernel winding;
-    QueryKernel closest;
-    Kernel shade;
-    Kernel pack_hits;
-    Kernel find_surfaces;
-    Kernel flat_shadows;
-    Kernel lit;
-    Kernel move_bodies;
-    Kernel refit_leaves;
-    Kernel refit_nodes;
+    Kernel primary, rays, compact, occlusion, decide, resume;
+    QueryKernel hits, winding, closest;
+    Kernel shade, pack_hits, find_surfaces, flat_shadows, lit;
+    Kernel move_bodies, refit_leaves, refit_nodes;
 };
 
 }  // namespace mray::gpu

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <limits>
 #include <numeric>
 
 #include "common/bvh/bvh.h"
@@ -13,19 +11,11 @@
 namespace mray::gpu {
 namespace {
 
-[[noreturn]] void over(const std::string& text, const std::string& smaller = "") {
-    throw Error(ErrorKind::kLimit, "Vulkan: " + text + "; use a smaller scene" + smaller +
-                                       ", another device or the CPU backend");
-}
-
-double ratio(std::uint64_t needed, std::uint64_t limit) {
-    return static_cast<double>(needed) / static_cast<double>(limit);
-}
-
-/// Refuses a scene that takes `excess` times as much as the device has.
-[[noreturn]] void over(const SceneSize& scene, double excess, const std::string& text) {
-    const double fitting = static_cast<double>(scene.triangles) / excess;
-    over(text, fmt::format(" (about {:.0f} triangles fit)", std::floor(fitting)));
+template <class... Values>
+[[noreturn]] void over(fmt::format_string<Values...> text, Values&&... values) {
+    throw Error(ErrorKind::kLimit,
+                "Vulkan: {}; use a smaller scene, another device or the CPU backend",
+                fmt::format(text, std::forward<Values>(values)...));
 }
 
 /// Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
@@ -68,18 +58,13 @@ void check_bytes(const PhysicalDevice& device, const SceneSize& scene) {
             (4 * vertices_at(1) + 4 + 16 * kQuarterVec4s) * scene.leaves +
             sizeof(RepeatedTriangle) * scene.repeated};
     const std::uint64_t largest = *std::ranges::max_element(parts);
-    if (largest > device.max_allocation) {
-        over(scene, ratio(largest, device.max_allocation),
-             fmt::format("the scene needs an allocation of {} bytes, the device allows {}", largest,
-                         device.max_allocation));
-    }
+    if (largest > device.max_allocation)
+        over("the scene needs an allocation of {} bytes, the device allows {}", largest,
+             device.max_allocation);
     const std::uint64_t total =
         std::accumulate(std::begin(parts), std::end(parts), std::uint64_t{0});
-    if (total > device.info.memory_bytes) {
-        over(scene, ratio(total, device.info.memory_bytes),
-             fmt::format("the scene takes {} bytes, the device has {}", total,
-                         device.info.memory_bytes));
-    }
+    if (total > device.info.memory_bytes)
+        over("the scene takes {} bytes, the device has {}", total, device.info.memory_bytes);
 }
 
 }  // namespace
@@ -91,49 +76,41 @@ std::uint32_t step_budget(const PhysicalDevice& device, const Tuning& tuning) {
 
 BufferKind choose_buffers(const PhysicalDevice& device, const Tuning& tuning,
                           const SceneSize& scene) {
-    if (scene.depth > kMaxDepth) {
-        over(fmt::format("the tree has {} levels, kernels have stacks for {}", scene.depth,
-                         kMaxDepth));
-    }
+    if (scene.depth > kMaxDepth)
+        over("the tree has {} levels, kernels have stacks for {}", scene.depth, kMaxDepth);
     // The refit writes planes and coordinates one by one.
     const BufferSize buffers[] = {{"vertices", scene.vertices, 16},
                                   {"triangles", scene.triangles, 16},
                                   {"repeated triangles", 2 * scene.repeated, 4},
                                   {"nodes", sizeof(Node) / 4 * scene.nodes, 4},
                                   {"leaves", sizeof(Leaf) / 4 * scene.leaves, 4}};
-    double least_excess = std::numeric_limits<double>::infinity();
     std::string problem;
     for (const BufferKind kind : usable_kinds(device, tuning)) {
-        const auto excess = [&](const BufferSize& buffer) {
-            return ratio(buffer.elements + kPadding, most_elements(device, kind, buffer));
-        };
-        const BufferSize& worst = *std::ranges::max_element(buffers, {}, excess);
-        if (excess(worst) <= 1) {
+        const auto* const over_limit = std::ranges::find_if(buffers, [&](const BufferSize& buffer) {
+            return buffer.elements + kPadding > most_elements(device, kind, buffer);
+        });
+        if (over_limit == std::end(buffers)) {
             check_bytes(device, scene);
             return kind;
         }
-        if (excess(worst) >= least_excess) continue;
-        least_excess = excess(worst);
         problem = fmt::format("the scene's {} take {} elements, the device's {} hold {}",
-                              worst.name, worst.elements,
+                              over_limit->name, over_limit->elements,
                               kind == BufferKind::kTexels ? "texel buffers" : "storage buffers",
-                              most_elements(device, kind, worst));
+                              most_elements(device, kind, *over_limit));
     }
-    over(scene, least_excess, problem);
+    over("{}", problem);
 }
 
 PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {
     const VkPhysicalDeviceLimits& limits = device.limits;
     if (limits.maxComputeWorkGroupInvocations < kGroupSize ||
         limits.maxComputeWorkGroupSize[0] < kGroupSize) {
-        over(fmt::format(
-            "kernels run in workgroups of {}, the device allows {}", kGroupSize,
-            std::min(limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0])));
+        over("kernels run in workgroups of {}, the device allows {}", kGroupSize,
+             std::min(limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0]));
     }
-    if (limits.maxPushConstantsSize < sizeof(RegionArguments)) {
-        over(fmt::format("kernels take {} bytes of arguments, the device allows {}",
-                         sizeof(RegionArguments), limits.maxPushConstantsSize));
-    }
+    if (limits.maxPushConstantsSize < sizeof(RegionArguments))
+        over("kernels take {} bytes of arguments, the device allows {}", sizeof(RegionArguments),
+             limits.maxPushConstantsSize);
     const std::uint64_t range = limits.maxStorageBufferRange;
     const std::uint64_t room = range - std::min<std::uint64_t>(range, sizeof(WorkHeader));
     // A GPU is filled, if it has memory for that.
@@ -151,10 +128,8 @@ PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {
     const std::uint64_t slots =
         std::min<std::uint64_t>(wanted.resume_slots, range / (4 * kStateUints)) / kGroupSize *
         kGroupSize;
-    if (tiles == 0 || slots == 0) {
-        over(fmt::format("storage buffers of {} bytes are too small for {} rays at a time", range,
-                         kGroupSize));
-    }
+    if (tiles == 0 || slots == 0)
+        over("storage buffers of {} bytes are too small for {} rays at a time", range, kGroupSize);
     return {static_cast<std::uint32_t>(tiles), static_cast<std::uint32_t>(slots)};
 }
 

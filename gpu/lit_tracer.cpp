@@ -155,14 +155,13 @@ std::uint64_t LitTracer::light_smooth_surfaces(const Region& region, BackendTime
                                            groups_of(sample_count(region.traced)));
             passes_.end(commands);
         });
-        const std::uint32_t count = passes_.header("find shadows").suspended_count;
+        const std::uint32_t count = passes_.header().suspended_count;
         times.secondary_ms += passes_.resume(true, count);
         ray_count += count;
     }
     return ray_count;
 }
 
-/// Returns the number of samples with a hit.
 std::uint32_t LitTracer::shade(const Region& region, bool with_hits, BackendTimes& times) {
     const LitArguments& part = region.shaded;
     const std::uint32_t samples = sample_count(region.traced);
@@ -180,7 +179,7 @@ std::uint32_t LitTracer::shade(const Region& region, bool with_hits, BackendTime
                                         .pixels = pixels,
                                         .linear = (part.flags & kLitLinear) != 0 ? pixels : 0});
     });
-    return passes_.header("shade").shown_count;
+    return passes_.header().shown_count;
 }
 
 void LitTracer::copy_region(const LitView& view, const Region& region, Frame& samples,

@@ -41,7 +41,6 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
     return after.prim_id + 1;
 }
 
-/// The arguments of answer().
 class Queries {
 public:
     Queries(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)

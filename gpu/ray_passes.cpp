@@ -4,15 +4,10 @@
 #include <cstddef>
 #include <cstring>
 
-#include "common/base/errors.h"
 #include "common/image/lit_view.h"
 
 namespace mray::gpu {
 namespace {
-
-// The most steps that rays (shaders/single_ray/visits.glsl) count for a node or leaf,
-// which it visits once: 6 and its triangles, 1 for a pop of an empty stack, and 1 for its own pop.
-constexpr std::uint64_t kStepsOfVisit = 6 + kLeafTriangles + 2;
 
 void copy_start(VkCommandBuffer commands, const Buffer& from, const Buffer& to, VkDeviceSize size) {
     const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = size};
@@ -22,13 +17,8 @@ void copy_start(VkCommandBuffer commands, const Buffer& from, const Buffer& to, 
 }  // namespace
 
 RayPasses::RayPasses(SharedDevice& device, Context& context, Kernels& kernels,
-                     const SceneBuffers& scene, const PassSize& size, std::uint32_t step_budget)
-    : device_(device),
-      context_(context),
-      kernels_(kernels),
-      scene_(scene),
-      size_(size),
-      step_budget_(step_budget) {}
+                     const SceneBuffers& scene, const PassSize& size)
+    : device_(device), context_(context), kernels_(kernels), scene_(scene), size_(size) {}
 
 RayPasses::Use RayPasses::use() {
     buffers_ = device_.ray_buffers.take(device_.device, size_, scene_.kind());
@@ -46,7 +36,7 @@ double RayPasses::run(const char* what, bool any_hit, std::uint32_t count, const
         dispatch(commands);
         decide(commands, any_hit, count);
     });
-    return device_ms + resume(any_hit, header(what).suspended_count);
+    return device_ms + resume(any_hit, header().suspended_count);
 }
 
 void RayPasses::reset(VkCommandBuffer commands, Reset what) const {
@@ -88,29 +78,22 @@ double RayPasses::submit_pass(const char* what, Reset reset_what, const Record& 
     });
 }
 
-WorkHeader RayPasses::header(const char* what) const {
+WorkHeader RayPasses::header() const {
     WorkHeader header;
     std::memcpy(&header, buffers_->header.mapped().data(), sizeof(WorkHeader));
-    if ((header.status & kStatusStackOverflow) != 0) {
-        throw Error(ErrorKind::kInternal, "Vulkan: a traversal stack overflowed while trying to " +
-                                              std::string(what) + "; the tree is not sound");
-    }
     return header;
 }
 
 double RayPasses::resume(bool any_hit, std::uint32_t count) {
     if (count == 0) return 0;
     kernels_.prepare({&kernels_.resume});
-    // All rounds but the last use up their budget.
-    const std::uint64_t visits = std::uint64_t{scene_.node_count()} + scene_.leaf_count();
-    return finish("resume rays", count, 2 + kStepsOfVisit * visits / step_budget_,
-                  [&](VkCommandBuffer commands, const ActiveRays& active) {
-                      const ResumeArguments arguments = {.first = active.first,
-                                                         .count = active.count,
-                                                         .fresh = active.is_fresh ? 1u : 0u,
-                                                         .any_hit = any_hit ? 1u : 0u};
-                      kernels_.resume.dispatch(commands, arguments, groups_of(active.count));
-                  });
+    return finish("resume rays", count, [&](VkCommandBuffer commands, const ActiveRays& active) {
+        const ResumeArguments arguments = {.first = active.first,
+                                           .count = active.count,
+                                           .fresh = active.is_fresh ? 1u : 0u,
+                                           .any_hit = any_hit ? 1u : 0u};
+        kernels_.resume.dispatch(commands, arguments, groups_of(active.count));
+    });
 }
 
 std::uint32_t RayPasses::answer(const char* what, QueryKernel& kernel, QueryArguments arguments) {
@@ -119,38 +102,29 @@ std::uint32_t RayPasses::answer(const char* what, QueryKernel& kernel, QueryArgu
     };
     submit_pass(what, Reset::kAll,
                 [&](VkCommandBuffer commands) { dispatch(commands, kernel.begin); });
-    const std::uint32_t suspended_count = header(what).suspended_count;
-    if (suspended_count == 0) return header(what).visible_count;
-    kernels_.prepare({&kernel.resume});
-    // A query visits each node and each triangle at most once, and a round takes a step.
-    const std::uint64_t max_rounds =
-        2 + 64 * (scene_.node_count() + kLeafTriangles * std::uint64_t{scene_.leaf_count()});
-    finish(what, suspended_count, max_rounds,
-           [&](VkCommandBuffer commands, const ActiveRays& active) {
-               arguments.first = active.first;
-               arguments.count = active.count;
-               arguments.round = active.is_fresh ? kRoundAnew : kRoundAgain;
-               dispatch(commands, kernel.resume);
-           });
-    return header(what).visible_count;
+    if (const std::uint32_t suspended_count = header().suspended_count; suspended_count > 0) {
+        kernels_.prepare({&kernel.resume});
+        finish(what, suspended_count, [&](VkCommandBuffer commands, const ActiveRays& active) {
+            arguments.first = active.first;
+            arguments.count = active.count;
+            arguments.round = active.is_fresh ? kRoundAnew : kRoundAgain;
+            dispatch(commands, kernel.resume);
+        });
+    }
+    return header().visible_count;
 }
 
 /// Dispatches for the suspended rays or queries [0, count), as many at a time as have room for
-/// their states, until none is unfinished. More than max_rounds mean that the tree has a cycle.
-double RayPasses::finish(const char* what, std::uint32_t count, std::uint64_t max_rounds,
+/// their states, until none is unfinished: each round comes nearer to the end.
+double RayPasses::finish(const char* what, std::uint32_t count,
                          const std::function<void(VkCommandBuffer, const ActiveRays&)>& dispatch) {
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
         ActiveRays active = {first, std::min(size_.resume_slots, count - first), true};
-        std::uint64_t rounds = 0;
         for (bool unfinished = true; unfinished; active.is_fresh = false) {
-            if (++rounds > max_rounds) {
-                throw Error(ErrorKind::kInternal,
-                            "Vulkan: a traversal does not end; the tree is not sound");
-            }
             device_ms += submit_pass(what, Reset::kUnfinished,
                                      [&](VkCommandBuffer commands) { dispatch(commands, active); });
-            unfinished = header(what).unfinished_count != 0;
+            unfinished = header().unfinished_count != 0;
         }
     }
     return device_ms;

@@ -25,7 +25,7 @@ class RayPasses {
 public:
     /// Kernels and scene must outlive it.
     RayPasses(SharedDevice& device, Context& context, Kernels& kernels, const SceneBuffers& scene,
-              const PassSize& size, std::uint32_t step_budget);
+              const PassSize& size);
 
     struct GiveBack {
         void operator()(RayPasses* passes) const {
@@ -46,10 +46,10 @@ public:
     void end(VkCommandBuffer commands) const;
     /// Records the copy of the first results to buffers that the host sees.
     void copy_results(VkCommandBuffer commands, const ResultCounts& counts) const;
-    /// The counters of the last submission. Throws Error(kInternal) if a tree is broken.
-    WorkHeader header(const char* what) const;
+    /// The counters of the last submission.
+    WorkHeader header() const;
     /// Brings the first `count` suspended rays to an answer, the closest or any hit. Returns
-    /// milliseconds on the device. Throws Error(kInternal) if a tree is broken.
+    /// milliseconds on the device.
     double resume(bool any_hit, std::uint32_t count);
     /// Records, after a dispatch over at most `count` rays, that their open triangles are decided.
     void decide(VkCommandBuffer commands, bool any_hit, std::uint32_t count) const;
@@ -59,7 +59,7 @@ public:
     double run(const char* what, bool any_hit, std::uint32_t count, const Record& dispatch);
 
     /// Submits a kernel of queries, and again until all queries have answers. Returns the pairs
-    /// that it found (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.
+    /// that it found (WorkHeader::visible_count).
     std::uint32_t answer(const char* what, QueryKernel& kernel, QueryArguments arguments);
 
 private:
@@ -74,7 +74,7 @@ private:
         std::uint32_t count;
         bool is_fresh;
     };
-    double finish(const char* what, std::uint32_t count, std::uint64_t max_rounds,
+    double finish(const char* what, std::uint32_t count,
                   const std::function<void(VkCommandBuffer, const ActiveRays&)>& dispatch);
 
     SharedDevice& device_;
@@ -82,7 +82,6 @@ private:
     Kernels& kernels_;
     const SceneBuffers& scene_;
     PassSize size_;
-    std::uint32_t step_budget_;
     std::unique_ptr<RayBuffers> buffers_;
 };
 

@@ -14,7 +14,6 @@ namespace {
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 
-/// Makes buffers with values in them.
 struct Filler {
     Device& device;
     BufferKind kind;
@@ -229,16 +228,20 @@ Record SceneBuffers::set_vertices(const Buffer& to, Buffer& staged,
     };
 }
 
+/// Returns true if it has made the buffer, for it was too small.
+bool SceneBuffers::make_room(ReadBuffer& buffer, const char* name, std::size_t size) {
+    if (buffer.buffer.get() != VK_NULL_HANDLE && buffer.buffer.size() >= size) return false;
+    buffer = ReadBuffer(*device_, kind_, name, size, kFourWords);
+    return true;
+}
+
 bool SceneBuffers::set_normals(Transfer& transfer, const VertexNormals& normals) {
     if (normals_version_ == normals.version()) return false;
     bool has_made = false;
     const auto set = [&](ReadBuffer& buffer, const char* name, auto threes) {
         std::vector<std::byte> bytes(bytes_of_vertex(kind_) * threes.size());
         write_threes(kind_, threes, std::span(bytes));
-        if (buffer.buffer.get() == VK_NULL_HANDLE || buffer.buffer.size() < bytes.size()) {
-            buffer = ReadBuffer(*device_, kind_, name, bytes.size(), kFourWords);
-            has_made = true;
-        }
+        has_made |= make_room(buffer, name, bytes.size());
         transfer.upload(bytes, buffer.buffer);
     };
     normals_version_ = 0;
@@ -249,14 +252,9 @@ bool SceneBuffers::set_normals(Transfer& transfer, const VertexNormals& normals)
 }
 
 bool SceneBuffers::set_rest_positions(Transfer& transfer, std::span<const Body> bodies) {
-    bool has_made = false;
-    const auto make = [&](ReadBuffer& buffer, const char* name, std::size_t size) {
-        if (buffer.buffer.get() != VK_NULL_HANDLE && buffer.buffer.size() >= size) return;
-        buffer = ReadBuffer(*device_, kind_, name, size, kFourWords);
-        has_made = true;
-    };
     if (bodies.empty()) return false;
-    make(rest_positions_, "rest positions", bytes_of_vertex(kind_) * vertex_count_);
+    const bool has_made =
+        make_room(rest_positions_, "rest positions", bytes_of_vertex(kind_) * vertex_count_);
     std::vector<VertexRun> runs;
     for (const Body& body : bodies)
         if (rest_versions_[body.first_vertex] != body.rest_version)
@@ -265,8 +263,7 @@ bool SceneBuffers::set_rest_positions(Transfer& transfer, std::span<const Body> 
     transfer.run(set_vertices(rest_positions_.buffer, staged, runs));
     for (const Body& body : bodies) rest_versions_[body.first_vertex] = body.rest_version;
     // Last: a failure above must not lose that a buffer was made.
-    make(bodies_, "bodies", sizeof(BodyRecord) * bodies.size());
-    return has_made;
+    return make_room(bodies_, "bodies", sizeof(BodyRecord) * bodies.size()) || has_made;
 }
 
 Record SceneBuffers::move_bodies(const Kernels& kernels, std::span<const Body> bodies) const {
@@ -290,7 +287,7 @@ Record SceneBuffers::move_bodies(const Kernels& kernels, std::span<const Body> b
                               &records[first]);
         }
         barrier(commands);
-        kernel->dispatch(commands, BodyArguments{static_cast<std::uint32_t>(records.size())},
+        kernel->dispatch(commands, CountArguments{static_cast<std::uint32_t>(records.size())},
                          group_count);
         barrier(commands);
     };

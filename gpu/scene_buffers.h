@@ -81,6 +81,7 @@ private:
         std::uint32_t first;
         std::span<const vec3> positions;
     };
+    bool make_room(ReadBuffer& buffer, const char* name, std::size_t size);
     Record set_vertices(const Buffer& to, Buffer& staged, std::span<const VertexRun> runs);
 
     Device* device_;

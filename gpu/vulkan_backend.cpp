@@ -41,8 +41,7 @@ public:
           context_(shared_->device, tuning.submit_timeout_ms),
           transfer_(context_),
           kernels_(*shared_, context_, step_budget(physical(), tuning)),
-          passes_(*shared_, context_, kernels_, scene_, pass_size(physical(), tuning),
-                  step_budget(physical(), tuning)),
+          passes_(*shared_, context_, kernels_, scene_, pass_size(physical(), tuning)),
           scene_(shared_->device, choose_buffers(physical(), tuning, {}), transfer_, Topology{}, {},
                  empty_tree()),
           images_(context_, kernels_, passes_),
@@ -177,10 +176,10 @@ public:
                 std::min<std::size_t>(passes_.size().rays(), rays.size() - first);
             transfer_.upload(std::as_bytes(rays.subspan(first, count)),
                              passes_.buffers()->rays.buffer);
-            const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
-            times_.trace_ms += passes_.run(
-                "trace rays", false, arguments.ray_count, [&](VkCommandBuffer commands) {
-                    kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
+            const CountArguments arguments = {static_cast<std::uint32_t>(count)};
+            times_.trace_ms +=
+                passes_.run("trace rays", false, arguments.count, [&](VkCommandBuffer commands) {
+                    kernels_.rays.dispatch(commands, arguments, groups_of(arguments.count));
                 });
             transfer_.download(passes_.buffers()->hits.buffer,
                                std::as_writable_bytes(hits.subspan(first, count)));

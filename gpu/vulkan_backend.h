@@ -10,7 +10,7 @@
 namespace mray::gpu {
 
 /// The devices that the process's instance sees, or one of `loader` if that is not null. Throws
-/// Error(kUnavailable), with a text for each cause: no Vulkan loader, no driver, a broken driver.
+/// Error(kUnavailable), with a text for each cause: no Vulkan loader, no driver that starts.
 std::vector<DeviceInfo> list_devices(LoaderFunction loader = nullptr);
 
 /// The device that VulkanConfig::device names. Throws Error(kUnavailable) as make_vulkan_backend().

@@ -20,11 +20,15 @@ layout(local_size_x = kGroupSize) in;
 // texels in place; a GPU reads storage buffers as fast, which may have more than 2^27 elements.
 //   READ4, READ4_IN_PLACE, READ3, READ1   declare a buffer of uvec4, uvec3 or uint
 //   AT4, AT4_IN_PLACE, AT3, AT1           read element i of it
+//   WORDS, WORD_AT, STORE_WORD            a buffer of floats that the refit reads and writes
 #ifdef STORAGE_BUFFERS
 #define READ4(Block, name, number) \
     layout(std430, binding = number) readonly buffer Block { uvec4 name[]; }
 #define READ1(Block, name, number) \
     layout(std430, binding = number) readonly buffer Block { uint name[]; }
+#define WORDS(Block, name, number) layout(std430, binding = number) buffer Block { uint name[]; }
+#define WORD_AT(name, i) uintBitsToFloat(name[i])
+#define STORE_WORD(name, i, value) name[i] = floatBitsToUint(value)
 #define READ4_IN_PLACE(Block, name, number) READ4(Block, name, number)
 #define READ3(Block, name, number) READ1(Block, name, number)
 #define AT4(name, i) name[i]
@@ -34,6 +38,9 @@ layout(local_size_x = kGroupSize) in;
 #else
 #define READ4(Block, name, number) layout(binding = number) uniform usamplerBuffer name
 #define READ1(Block, name, number) READ4(Block, name, number)
+#define WORDS(Block, name, number) layout(binding = number, r32ui) uniform uimageBuffer name
+#define WORD_AT(name, i) uintBitsToFloat(imageLoad(name, int(i)).x)
+#define STORE_WORD(name, i, value) imageStore(name, int(i), uvec4(floatBitsToUint(value)))
 #define READ4_IN_PLACE(Block, name, number) \
     layout(binding = number, rgba32ui) uniform readonly uimageBuffer name
 #define READ3(Block, name, number) READ4(Block, name, number)

@@ -98,11 +98,8 @@ SHARED_CONST uint kConstantStackRoom = 1u;
 SHARED_CONST uint kMostOpen = 7u;
 SHARED_CONST uint kNoOpen = 0xFFFFFFFFu;
 
-SHARED_CONST uint kStatusStackOverflow = 1u;
-
 /// The start of the work buffer. The host sets it to 0 before a pass over rays.
 struct WorkHeader {
-    uint status;
     /// Rays that ran out of steps, as Suspended records after the header.
     uint suspended_count;
     /// Rays that a round of `resume` left unfinished.
@@ -115,6 +112,7 @@ struct WorkHeader {
     uint shown_count;
     uint pad1;
     uint pad2;
+    uint pad3;
 };
 
 /// A ray that `resume` or `decide` continues, the index of its answer, and its open triangles.
@@ -203,8 +201,9 @@ struct LitArguments {
     uint rows;
 };
 
-struct RaysArguments {
-    uint ray_count;
+/// Push constants of `rays` and `move_bodies`: the number of rays or bodies.
+struct CountArguments {
+    uint count;
 };
 
 /// Push constants of `pack_hits`: the words of the first `count` hits, as bits.
@@ -249,11 +248,6 @@ struct DecideArguments {
 /// Push constants of `refit_leaves` and `refit_nodes`: leaves or nodes [first, first + count).
 struct RefitArguments {
     uint first;
-    uint count;
-};
-
-/// Push constants of `move_bodies`.
-struct BodyArguments {
     uint count;
 };
 

@@ -1,6 +1,6 @@
 // The traversal of rays and queries, one a lane: depth first, of a node's children the one with the least
 // key next. It can stop after any visit and go on later. A kernel defines kSteps, kStackRoom, kStackSize
-// and the hooks that are declared here, calls begin_traversal() and traverse(), and then report().
+// and the hooks that are declared here, and calls begin_traversal() and traverse().
 #include "shaders/tree.glsl"
 
 // The state of a traversal, which saved_state.glsl keeps.
@@ -16,7 +16,6 @@ uvec2 stack[kStackSize];
 
 /// The key of `current` while the children of a node are considered.
 int current_key;
-uint status;
 
 // Hooks, of which the first two return the steps that they take: at least one for each iteration.
 
@@ -31,7 +30,6 @@ void begin_traversal() {
     current = 0u;
     triangle = 0u;
     stack_size = 0u;
-    status = 0u;
 }
 
 bool finished() { return current == kEmptyChild; }
@@ -64,14 +62,8 @@ uint pop() {
 }
 
 uint visit_node() {
-    if (stack_size + kWidth - 1u > kStackRoom) {
-        // A short stack is full: the ray ends here, and `resume` traces it from the root.
-        if (kStackRoom < kMaxStack) return kSteps;
-        status |= kStatusStackOverflow;
-        current = kEmptyChild;
-        stack_size = 0u;
-        return 1u;
-    }
+    // A short stack is full: the ray ends here, and `resume` traces it from the root.
+    if (kStackRoom < kMaxStack && stack_size + kWidth - 1u > kStackRoom) return kSteps;
     uint node = current;
     current = kEmptyChild;
     current_key = 0x7FFFFFFF;
@@ -93,8 +85,4 @@ void traverse() {
         while (!is_leaf(current) && steps < kSteps) steps += visit_node();
         if (is_leaf(current) && current != kEmptyChild) steps += visit_leaf();
     } while (current != kEmptyChild && steps < kSteps);
-}
-
-void report() {
-    if (status != 0u) atomicOr(work.header.status, status);
 }

@@ -76,6 +76,10 @@ vec3 to_direction(const dvec3& v) {
     return direction;
 }
 
+Camera camera_of(const vec3& org, const dvec3& corner, const dvec3& du, const dvec3& dv) {
+    return {org, 0, to_direction(corner), 0, to_direction(du), 0, to_direction(dv), 0};
+}
+
 Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
     const double half_height = std::tan(view.fov * (std::numbers::pi / 360));
     const double half_width = half_height * view.width / view.height;
@@ -84,12 +88,8 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
             "smaller one",
             view.fov, view.width, view.height);
     const double pixel = 2 * half_height / view.height;
-    Camera camera = {};
-    camera.org = org;
-    camera.corner = to_direction(axes.forward - half_width * axes.right + half_height * axes.up);
-    camera.du = to_direction(pixel * axes.right);
-    camera.dv = to_direction(-pixel * axes.up);
-    return camera;
+    return camera_of(org, axes.forward - half_width * axes.right + half_height * axes.up,
+                     pixel * axes.right, -pixel * axes.up);
 }
 
 /// Throws Error(kBadInput) for a matrix that is no rotation, and for impossible intrinsics.
@@ -117,12 +117,7 @@ void check_pinhole(const ViewSpec& view, const Pinhole& pinhole) {
 Camera make_pinhole_camera(const Pinhole& pinhole, const vec3& org) {
     const dvec3 du = pinhole.right / pinhole.fx;
     const dvec3 dv = pinhole.down / pinhole.fy;
-    Camera camera = {};
-    camera.org = org;
-    camera.corner = to_direction((pinhole.forward - pinhole.cx * du) - pinhole.cy * dv);
-    camera.du = to_direction(du);
-    camera.dv = to_direction(dv);
-    return camera;
+    return camera_of(org, (pinhole.forward - pinhole.cx * du) - pinhole.cy * dv, du, dv);
 }
 
 // Where the eye is, seen from the target, unless it is given: in front, to the right, above.

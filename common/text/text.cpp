@@ -5,7 +5,6 @@
 #include <locale.h>
 #include <stdlib.h>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -28,17 +27,6 @@ std::string escaped(std::string_view text, unsigned last) {
     }
     return result;
 }
-
-constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-constexpr std::uint8_t kNoDigit = 64;
-
-constexpr std::array<std::uint8_t, 256> make_values() {
-    std::array<std::uint8_t, 256> values = {};
-    values.fill(kNoDigit);
-    for (std::uint8_t i = 0; i < 64; ++i) values[static_cast<unsigned char>(kDigits[i])] = i;
-    return values;
-}
-constexpr std::array<std::uint8_t, 256> kValues = make_values();
 
 constexpr std::int64_t kManyDigits = 1'000'000'000'000'000'000;
 
@@ -71,14 +59,16 @@ std::string escape(const std::filesystem::path& path) { return escaped(path.nati
 std::optional<std::string> from_base64(std::string_view text) {
     if (text.size() % 4 != 0) return std::nullopt;
     for (int i = 0; i < 2 && text.ends_with('='); ++i) text.remove_suffix(1);
+    constexpr std::string_view kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string bytes;
     bytes.reserve(text.size() / 4 * 3 + 2);
     std::uint32_t bits = 0;
     int count = 0;
     for (const char c : text) {
-        const std::uint8_t value = kValues[static_cast<unsigned char>(c)];
-        if (value == kNoDigit) return std::nullopt;
-        bits = bits << 6 | value;
+        const std::size_t value = kDigits.find(c);
+        if (value == std::string_view::npos) return std::nullopt;
+        bits = bits << 6 | static_cast<std::uint32_t>(value);
         count += 6;
         if (count < 8) continue;
         count -= 8;

@@ -244,7 +244,6 @@ double TreeUpdater::pose_area() const {
     return follows_ratio_ ? sample_.area(pose_.positions()) : 0;
 }
 
-/// Notes the state of a tree that comes into use; the pose of its build had this triangle_area.
 void TreeUpdater::note_built(const Bvh& bvh, double triangle_area) {
     if (follows_ratio_) built_fit_ = tree_fit(bvh.nodes, triangle_area);
     if (policy_->needs_tree_cost()) areas_ = built_areas(bvh);

@@ -20,20 +20,6 @@ std::atomic<::pid_t> driver_process = 0;
 
 bool is_forked() { return driver_process != 0 && driver_process != ::getpid(); }
 
-/// The first call reports these two results for a driver that cannot be started and, in loader
-/// 1.3.239 but not 1.4.309, for a manifest that cannot be parsed.
-void check_loader(VkResult result, const char* action) {
-    const bool has_memory = result != VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (!has_memory || result == VK_ERROR_INITIALIZATION_FAILED) {
-        throw_unavailable(
-            std::string(has_memory ? "" : "memory ran out, or ") +
-            "a driver on this machine is broken: it cannot be started, or its manifest "
-            "cannot be read (" +
-            result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
-    }
-    check(result, action);
-}
-
 void load_library(PFN_vkGetInstanceProcAddr loader) {
     if (loader != nullptr) {
         volkInitializeCustom(loader);
@@ -75,18 +61,22 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 VkInstance create_instance(const VkInstanceCreateInfo& info) {
     VkInstance instance = VK_NULL_HANDLE;
     const VkResult result = vkCreateInstance(&info, nullptr, &instance);
-    if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
+    // Loader 1.3.239 gives the others for a driver that fails, or a manifest that it cannot parse.
+    if (result == VK_ERROR_INCOMPATIBLE_DRIVER || result == VK_ERROR_INITIALIZATION_FAILED ||
+        result == VK_ERROR_OUT_OF_HOST_MEMORY) {
         throw_unavailable(
             "no driver on this machine, or none that loads: its manifest can be damaged, or the "
-            "library that it names missing (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for "
-            "example mesa-vulkan-drivers, or see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+            "library that it names missing (" +
+            result_name(result) +
+            "); install one, for example mesa-vulkan-drivers, or see VK_DRIVER_FILES and "
+            "VK_ICD_FILENAMES");
     }
     if (info.enabledLayerCount > 0 &&
         (result == VK_ERROR_LAYER_NOT_PRESENT || result == VK_ERROR_EXTENSION_NOT_PRESENT)) {
         throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
                           " is not installed; install vulkan-validationlayers");
     }
-    check_loader(result, "create an instance");
+    check(result, "create an instance");
     return instance;
 }
 
@@ -206,14 +196,6 @@ std::string listing(std::span<const DeviceInfo> devices) {
     return text;
 }
 
-/// 32 hex digits without their dashes, or nothing.
-std::string as_uuid(const std::string& wanted) {
-    std::string digits = lower_case(wanted);
-    digits.erase(std::remove(digits.begin(), digits.end(), '-'), digits.end());
-    const bool is_hex = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
-    return digits.size() == 32 && is_hex ? digits : "";
-}
-
 auto rank(const DeviceInfo& device) {
     return std::ranges::find(kDeviceTypes, device.type,
                              [](const auto& type) { return std::string_view(type.second); }) -
@@ -221,12 +203,10 @@ auto rank(const DeviceInfo& device) {
 }
 
 std::size_t preferred_device(std::span<const DeviceInfo> devices) {
-    std::optional<std::size_t> best;
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-        if (!devices[i].unusable.empty()) continue;
-        if (!best || rank(devices[i]) < rank(devices[*best])) best = i;
-    }
-    if (best) return *best;
+    const auto best = std::ranges::min_element(devices, {}, [](const DeviceInfo& device) {
+        return std::pair(!device.unusable.empty(), rank(device));
+    });
+    if (best->unusable.empty()) return static_cast<std::size_t>(best - devices.begin());
     std::string text = "Vulkan: no usable device: ";
     for (const DeviceInfo& d : devices) text += fmt::format("{}: {}; ", d.name, d.unusable);
     throw Error(ErrorKind::kUnavailable, text + "use the CPU backend");
@@ -234,12 +214,12 @@ std::size_t preferred_device(std::span<const DeviceInfo> devices) {
 
 std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std::string& wanted) {
     std::vector<std::size_t> found;
-    const std::string uuid = as_uuid(wanted);
+    const std::string part = lower_case(wanted);
+    std::string uuid = part;
+    std::erase(uuid, '-');
     for (std::size_t i = 0; i < devices.size(); ++i) {
-        const bool fits =
-            uuid.empty() ? lower_case(devices[i].name).find(lower_case(wanted)) != std::string::npos
-                         : devices[i].uuid == uuid;
-        if (fits) found.push_back(i);
+        if (devices[i].uuid == uuid || lower_case(devices[i].name).find(part) != std::string::npos)
+            found.push_back(i);
     }
     return found;
 }
@@ -359,7 +339,8 @@ std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string
     };
     const std::string all = "; the devices are " + listing(devices);
     std::vector<std::size_t> found = matches(devices, wanted);
-    if (const auto index = parse_unsigned(wanted); index && as_uuid(wanted).empty()) {
+    constexpr std::size_t kUuidDigits = 32;
+    if (const auto index = parse_unsigned(wanted); index && wanted.size() != kUuidDigits) {
         if (*index >= devices.size()) refuse("there is no device " + wanted + all);
         found = {*index};
     }

@@ -34,8 +34,8 @@ void throw_if_forked();
 class Instance {
 public:
     /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, one older than
-    /// 1.1, no driver, a broken driver, no validation layer although `validate` is set. Messages
-    /// of validation go to `log`, if there is one; it must outlive this.
+    /// 1.1, no driver that starts, no validation layer although `validate` is set. Messages of
+    /// validation go to `log`, if there is one; it must outlive this.
     Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log = nullptr);
     ~Instance();
     Instance(const Instance&) = delete;

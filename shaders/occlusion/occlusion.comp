@@ -4,11 +4,10 @@
 #include "shaders/kernel.glsl"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
+#include "shaders/corners.glsl"
 #include "shaders/single_ray/visits.glsl"
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
-READ3(Positions, positions, kBindPositions);
-READ4(Triangles, triangles, kBindTriangles);
 READ4(FoundHits, found_hits, kBindFoundHits);
 READ1(VisiblePixels, visible_pixels, kBindVisiblePixels);
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
@@ -24,11 +23,8 @@ void main() {
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;
     Hit hit = hit_from(AT4(found_hits, index));
-    uvec4 triangle = AT4(triangles, hit.prim_id);
-    Surface s = surface_at(camera_ray(args.params.camera, x, y), hit,
-                           uintBitsToFloat(AT3(positions, triangle.x)),
-                           uintBitsToFloat(AT3(positions, triangle.y)),
-                           uintBitsToFloat(AT3(positions, triangle.z)));
+    Corners v = corners_of(hit.prim_id);
+    Surface s = surface_at(camera_ray(args.params.camera, x, y), hit, v.a, v.b, v.c);
     Ray secondary = shadow_ray(s, args.params.light);
     if (!is_shadow) secondary = ao_ray(s, x, y, i % samples, args.params.ao_tfar);
     bool is_traced = !is_shadow || faces_light(s, args.params.light);

@@ -4,7 +4,7 @@
 #include "shaders/kernel.glsl"
 #include "common/interop/transform.h"
 
-layout(push_constant) uniform Arguments { BodyArguments args; };
+layout(push_constant) uniform Arguments { CountArguments args; };
 
 READ3(RestPositions, rest_positions, kBindRestPositions);
 READ4(Bodies, bodies, kBindBodies);

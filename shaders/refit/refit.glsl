@@ -5,17 +5,7 @@
 // boxes on devices whose device-scope barriers fail in non-uniform control flow.
 layout(push_constant) uniform Arguments { RefitArguments args; };
 
-#ifdef STORAGE_BUFFERS
-layout(std430, binding = kBindNodeWords) buffer NodeWords { uint node_words[]; };
-float load_word(uint at) { return uintBitsToFloat(node_words[at]); }
-void store_word(uint at, float value) { node_words[at] = floatBitsToUint(value); }
-#else
-layout(binding = kBindNodeWords, r32ui) uniform uimageBuffer node_words;
-float load_word(uint at) { return uintBitsToFloat(imageLoad(node_words, int(at)).x); }
-void store_word(uint at, float value) {
-    imageStore(node_words, int(at), uvec4(floatBitsToUint(value), 0u, 0u, 0u));
-}
-#endif
+WORDS(NodeWords, node_words, kBindNodeWords);
 
 uint refit_lane() { return gl_LocalInvocationID.x % kRefitLanes; }
 
@@ -66,5 +56,5 @@ float united_plane(uint p) {
 
 /// Writes plane p of a box to its parent's slot.
 void store_plane(uint parent, uint p, float value) {
-    store_word(plane_word(parent_node(parent), p, parent_slot(parent)), value);
+    STORE_WORD(node_words, plane_word(parent_node(parent), p, parent_slot(parent)), value);
 }

@@ -8,25 +8,20 @@
 READ3(Positions, positions, kBindPositions);
 READ1(LeafVertices, leaf_vertices, kBindLeafVertices);
 READ1(LeafParents, leaf_parents, kBindLeafParents);
+WORDS(GroupWords, group_words, kBindGroupWords);
 
 #ifdef STORAGE_BUFFERS
 // Whole vectors, of which the last word stays, so that 16 lanes write 256 bytes in sequence.
 layout(std430, binding = kBindLeafWords) buffer LeafWords { uvec4 leaf_vectors[]; };
-layout(std430, binding = kBindGroupWords) writeonly buffer GroupWords { uint group_words[]; };
 uint load_corners(uint at) { return leaf_vectors[at].w; }
 void store_vertex(uint at, uvec3 bits, uint corners) { leaf_vectors[at] = uvec4(bits, corners); }
-void store_group(uint at, float value) { group_words[at] = floatBitsToUint(value); }
 #else
 layout(binding = kBindLeafWords, r32ui) uniform uimageBuffer leaf_words;
-layout(binding = kBindGroupWords, r32ui) writeonly uniform uimageBuffer group_words;
 uint load_corners(uint at) { return imageLoad(leaf_words, int(4u * at + 3u)).x; }
 void store_vertex(uint at, uvec3 bits, uint corners) {
     imageStore(leaf_words, int(4u * at), uvec4(bits.x));
     imageStore(leaf_words, int(4u * at + 1u), uvec4(bits.y));
     imageStore(leaf_words, int(4u * at + 2u), uvec4(bits.z));
-}
-void store_group(uint at, float value) {
-    imageStore(group_words, int(at), uvec4(floatBitsToUint(value)));
 }
 #endif
 
@@ -89,6 +84,6 @@ void main() {
         float planes[6];
         for (uint p = 0u; p < 6u; ++p)
             planes[p] = quarter_planes[first_quarter_plane() + 4u * p + word % 4u];
-        store_group(leaf * kQuarterWords + word, padded_plane(word / 4u, planes));
+        STORE_WORD(group_words, leaf * kQuarterWords + word, padded_plane(word / 4u, planes));
     }
 }

@@ -6,16 +6,7 @@
 #include "shaders/refit/refit.glsl"
 
 READ1(NodeParents, node_parents, kBindNodeParents);
-
-#ifdef STORAGE_BUFFERS
-layout(std430, binding = kBindQuarterWords) writeonly buffer QuarterWords { uint quarter_words[]; };
-void store_quarter(uint at, float value) { quarter_words[at] = floatBitsToUint(value); }
-#else
-layout(binding = kBindQuarterWords, r32ui) writeonly uniform uimageBuffer quarter_words;
-void store_quarter(uint at, float value) {
-    imageStore(quarter_words, int(at), uvec4(floatBitsToUint(value)));
-}
-#endif
+WORDS(QuarterWords, quarter_words, kBindQuarterWords);
 
 void main() {
     uint node = refit_item();
@@ -23,14 +14,17 @@ void main() {
     vec3 upper = vec3(-kEmptyPlane);
     if (is_within()) {
         float planes[6];
-        for (uint p = 0u; p < 6u; ++p) planes[p] = load_word(plane_word(node, p, refit_lane()));
+        for (uint p = 0u; p < 6u; ++p)
+            planes[p] = WORD_AT(node_words, plane_word(node, p, refit_lane()));
         lower = vec3(planes[0], planes[2], planes[4]);
         upper = vec3(planes[1], planes[3], planes[5]);
     }
     unite_quarters(lower, upper);
     if (!is_within()) return;
-    for (uint word = refit_lane(); word < kQuarterWords; word += kRefitLanes)
-        store_quarter(node * kQuarterWords + word, quarter_planes[first_quarter_plane() + word]);
+    for (uint word = refit_lane(); word < kQuarterWords; word += kRefitLanes) {
+        STORE_WORD(quarter_words, node * kQuarterWords + word,
+                   quarter_planes[first_quarter_plane() + word]);
+    }
     uint parent = AT1(node_parents, node);
     if (parent != kNoNodeParent && refit_lane() < 6u)
         store_plane(parent, refit_lane(), united_plane(refit_lane()));

@@ -2,11 +2,10 @@
 #include "common/interop/camera.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
+#include "shaders/corners.glsl"
 
 layout(push_constant) uniform Arguments { LitArguments args; };
-READ4(Triangles, triangles, kBindTriangles);
 READ4(FoundHits, found_hits, kBindFoundHits);
-READ3(Positions, positions, kBindPositions);
 READ3(Normals, normals, kBindNormals);
 READ3(NormalIds, normal_ids, kBindNormalIds);
 
@@ -40,17 +39,6 @@ CornerNormals corner_normals(uint prim, vec3 flat_normal) {
     bool is_flat = ids.x == kNoNormal && ids.y == kNoNormal && ids.z == kNoNormal;
     return CornerNormals(normal_at_corner(ids.x, flat_normal), normal_at_corner(ids.y, flat_normal),
                          normal_at_corner(ids.z, flat_normal), is_flat);
-}
-
-struct Corners {
-    vec3 a, b, c;
-};
-
-Corners corners_of(uint prim) {
-    uvec4 triangle = AT4(triangles, prim);
-    return Corners(uintBitsToFloat(AT3(positions, triangle.x)),
-                   uintBitsToFloat(AT3(positions, triangle.y)),
-                   uintBitsToFloat(AT3(positions, triangle.z)));
 }
 
 Surface flat_surface(uvec2 place, Hit hit, Corners v) {

@@ -4,13 +4,13 @@
 #include "shaders/kernel.glsl"
 #include "shaders/single_ray/visits.glsl"
 
-layout(push_constant) uniform Arguments { RaysArguments args; };
+layout(push_constant) uniform Arguments { CountArguments args; };
 READ4(Rays, rays, kBindRays);
 layout(std430, binding = kBindHits) writeonly buffer Hits { Hit hits[]; };
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= args.ray_count) return;
+    if (i >= args.count) return;
     begin_ray(ray_from(AT4(rays, 2u * i), AT4(rays, 2u * i + 1u)), false);
     traverse();
     hits[i] = closest_hit();

@@ -20,7 +20,6 @@ void main() {
     if (finished()) return;
     traverse();
     save_state(slot);
-    report();
     if (!finished()) {
         atomicAdd(work.header.unfinished_count, 1u);
         return;

@@ -230,10 +230,8 @@ uint test_triangles(uint leaf, uint count) {
     return steps;
 }
 
-/// Reports, and leaves a ray that is not finished to `resume`, and one with open triangles to
-/// `decide`. The order of the lists depends on the schedule; the answers do not.
+/// Leaves a ray that is not finished to `resume`, and one with open triangles to `decide`. The order of the lists depends on the schedule; the answers do not.
 void end_ray(uint answer_index) {
-    report();
     bool is_open = finished() && open_count > 0u && !(any_hit && has_hit());
     if (finished() && !is_open) return;
     uint i = is_open ? open_record(atomicAdd(work.header.open_count, 1u))

@@ -170,12 +170,9 @@ TEST(Installation, WithoutADriverSaysSo) {
 TEST(Installation, WithAMalformedManifestSaysThatItCannotBeRead) {
     const Environment broken("VK_ICD_FILENAMES", written("malformed.json", "{ \"file_format"));
     const std::string text = error_text(list_anew);
-    // The loader of Debian 12 says that there is such a driver, that of Debian 13 leaves it out.
-    EXPECT_TRUE(has(text, "a driver on this machine is broken") ||
-                has(text, "no driver on this machine"))
-        << text;
-    EXPECT_TRUE(has(text, "manifest can"));
-    EXPECT_TRUE(has(text, "VK_ICD_FILENAMES"));
+    EXPECT_TRUE(contains(text, "no driver on this machine")) << text;
+    EXPECT_TRUE(contains(text, "manifest can")) << text;
+    EXPECT_TRUE(contains(text, "VK_ICD_FILENAMES")) << text;
 }
 
 TEST(Installation, WithADriverThatIsNoLibrarySaysThatThereIsNone) {
@@ -278,7 +275,7 @@ TEST(SceneLimits, AreCheckedForEachOfThem) {
     gpu::PhysicalDevice device = roomy();
     gpu::choose_buffers(device, {}, kDragon);
     device.limits.maxTexelBufferElements = 65536;
-    expect_refusal(device, kDragon, "hold 65536; use a smaller scene (about 9831 triangles fit)");
+    expect_refusal(device, kDragon, "hold 65536; use a smaller scene");
     device = roomy();
     device.max_allocation = 1u << 20;
     expect_refusal(device, kDragon, "an allocation of");
@@ -311,7 +308,7 @@ TEST(Buffers, AreTheFastestThatHoldTheScene) {
     device.limits.maxTexelBufferElements = 65536;
     EXPECT_EQ(chosen(device), kStorage);
     device.limits.maxStorageBufferRange = 1u << 20;
-    expect_refusal(device, kDragon, "storage buffers hold 262144");
+    expect_refusal(device, kDragon, "storage buffers hold 65536");
 }
 
 TEST(PassSize, ShrinksToSmallStorageBuffers) {
