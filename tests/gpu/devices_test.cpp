@@ -170,9 +170,9 @@ TEST(Installation, WithoutADriverSaysSo) {
 TEST(Installation, WithAMalformedManifestSaysThatItCannotBeRead) {
     const Environment broken("VK_ICD_FILENAMES", written("malformed.json", "{ \"file_format"));
     const std::string text = error_text(list_anew);
-    EXPECT_TRUE(contains(text, "no driver on this machine")) << text;
-    EXPECT_TRUE(contains(text, "manifest can")) << text;
-    EXPECT_TRUE(contains(text, "VK_ICD_FILENAMES")) << text;
+    EXPECT_TRUE(has(text, "no driver on this machine")) << text;
+    EXPECT_TRUE(has(text, "manifest can")) << text;
+    EXPECT_TRUE(has(text, "VK_ICD_FILENAMES")) << text;
 }
 
 TEST(Installation, WithADriverThatIsNoLibrarySaysThatThereIsNone) {
