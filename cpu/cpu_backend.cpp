@@ -22,7 +22,6 @@ constexpr std::size_t kRayGrain = 2048;
 const Topology kNoTopology;
 const Pose kNoPose;
 
-/// A tracer of images and what answers a QueryBatch.
 struct Tracers {
     std::unique_ptr<ImageTracer> image;
     std::function<void(const QueryBatch&)> query;
@@ -199,7 +198,6 @@ private:
     BackendTimes times_;
 };
 
-/// A backend without SIMD.
 std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
                                        MakeTracers make_tracers) {
     return std::make_unique<TracerBackend>(

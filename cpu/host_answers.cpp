@@ -82,7 +82,6 @@ private:
         trace(device);
         times_ = device->finish();
     }
-    /// A call that may change the tree.
     Call change() {
         tree_ = nullptr;
         return call();

@@ -60,19 +60,17 @@ using Place = std::array<float, 3>;
 /// The ends of an edge, the lower one first; or a vertex twice.
 using Border = std::pair<Place, Place>;
 
-Border border_of(vec3 a, vec3 b) { return std::minmax(Place{a.x, a.y, a.z}, Place{b.x, b.y, b.z}); }
-
 /// The edge or vertex of a hit triangle that the ray goes through.
 std::optional<Border> find_border(const ShearedRay& ray, vec3 a, vec3 b, vec3 c) {
     const Edges e = exact_edges(project(ray, a), project(ray, b), project(ray, c));
     const vec3 corners[] = {a, b, c};
-    const bool on_opposite[] = {e.u == 0, e.v == 0, e.w == 0};
+    const float opposite[] = {e.u, e.v, e.w};
+    // A corner is on all edges but the opposite one.
+    std::set<Place> border;
     for (int i = 0; i < 3; ++i)
-        if (on_opposite[(i + 1) % 3] && on_opposite[(i + 2) % 3])
-            return border_of(corners[i], corners[i]);
-    for (int i = 0; i < 3; ++i)
-        if (on_opposite[i]) return border_of(corners[(i + 1) % 3], corners[(i + 2) % 3]);
-    return std::nullopt;
+        if (opposite[i] != 0) border.insert({corners[i].x, corners[i].y, corners[i].z});
+    if (border.empty() || border.size() == 3) return std::nullopt;
+    return Border{*border.begin(), *border.rbegin()};
 }
 
 /// The crossing of a point that doubles tell to be off the plane of the triangle, as that below.

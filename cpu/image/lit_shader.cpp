@@ -114,7 +114,7 @@ private:
         load_corners(samples.topology, samples.positions, prim, v);
         const lanes::Float3 across = cross3(v[1] - v[0], v[2] - v[0]);
         const lanes::Float3 flat = lanes::unit(across);
-        put(flat, 0, at);
+        store3(flat, planes_, at);
         store(hn::GatherIndex(kUints, samples.topology.albedo.data(), as_int(prim)),
               albedo_.data() + at);
         has_degenerate_ =
@@ -122,14 +122,9 @@ private:
         if (samples.view.normals == nullptr) return;
         lanes::Float3 corners[3];
         load_corner_normals(samples, prim, flat, corners);
-        for (std::size_t k = 0; k < 3; ++k) put(corners[k], 3 + 3 * k, at);
+        for (std::size_t k = 0; k < 3; ++k) store3(corners[k], planes_ + 3 + 3 * k, at);
     }
 
-    void put(const lanes::Float3& v, std::size_t plane, std::size_t at) {
-        store(v.x, planes_[plane].data() + at);
-        store(v.y, planes_[plane + 1].data() + at);
-        store(v.z, planes_[plane + 2].data() + at);
-    }
     lanes::Float3 three(const RunLookup& at, std::size_t plane) const {
         return {at(planes_[plane]), at(planes_[plane + 1]), at(planes_[plane + 2])};
     }
@@ -278,9 +273,7 @@ HWY_INLINE lanes::Float3 base_colours(const LitSamples& s, UintVec albedo, UintV
     store(u, at_u);
     store(v, at_v);
     store(depth, depths);
-    store(through.x, dirs[0]);
-    store(through.y, dirs[1]);
-    store(through.z, dirs[2]);
+    store3(through, dirs, 0);
     const vec3 du = s.view.params.camera.du;
     const double spacing_squared = double{du.x} * du.x + double{du.y} * du.y + double{du.z} * du.z;
     // Texels lie anywhere in memory, and samples differ in textures and levels, so each sample
@@ -382,12 +375,13 @@ struct SampleLanes {
 /// Normals belong to triangles, on the side of the eye; depths are along the viewing direction, -1
 /// without a hit; `occluded` are numbers of rays.
 struct SurfaceRow {
-    AlignedVector<float> x, y, z, depth, occluded;
+    AlignedVector<float> normal[3], depth, occluded;
     TriangleRuns runs;
 
     void resize(std::size_t width) {
         const std::size_t size = (width + kLanes - 1) / kLanes * kLanes + 2 * kPad;
-        for (AlignedVector<float>* of : {&x, &y, &z, &occluded}) of->assign(size, 0.0f);
+        for (AlignedVector<float>& axis : normal) axis.assign(size, 0.0f);
+        occluded.assign(size, 0.0f);
         depth.assign(size, -1.0f);
     }
 };
@@ -482,9 +476,7 @@ private:
             const lanes::Float3 n = own_normals(row.runs, {row.runs, x}, dir);
             const lanes::Float3 normal = select(dot3(n, dir) > zero(), -n, n);
             const FloatVec depth = lanes::depth_of(samples.t, through);
-            store(normal.x, row.x.data() + at);
-            store(normal.y, row.y.data() + at);
-            store(normal.z, row.z.data() + at);
+            store3(normal, row.normal, at);
             store(select(samples.visible, depth, -1.0f), row.depth.data() + at);
             if (!has_neighbours()) continue;
             const std::uint32_t* const occlusion = &s_.occlusion[std::size_t{y} * width_ + x];
@@ -506,11 +498,10 @@ private:
     }
 
     static lanes::Float3 normal_at(const SurfaceRow& row, std::size_t at) {
-        return {load_unaligned(row.x.data() + at), load_unaligned(row.y.data() + at),
-                load_unaligned(row.z.data() + at)};
+        return {load_unaligned(&row.normal[0][at]), load_unaligned(&row.normal[1][at]),
+                load_unaligned(&row.normal[2][at])};
     }
 
-    /// The share of the sky that samples see.
     FloatVec open_of(const SampleLanes& samples, const lanes::Float3& n,
                      const lanes::Float3& through, FloatVec depth) const {
         if (!has_neighbours()) return splat(1.0f);
@@ -577,16 +568,10 @@ private:
             lit.colour = select(samples.visible, surface.colour, lit.colour);
             lit.rounding = select(samples.visible, surface.rounding, lit.rounding);
         }
-        if (!linear_[0].empty()) {
-            const std::size_t x = hn::GetLane(samples.x);
-            store(lit.colour.x, linear_[0].data() + x);
-            store(lit.colour.y, linear_[1].data() + x);
-            store(lit.colour.z, linear_[2].data() + x);
-        }
+        if (!linear_[0].empty()) store3(lit.colour, linear_, hn::GetLane(samples.x));
         return lanes::encode_rgb(lit.colour, lit.rounding);
     }
 
-    /// Linear colours of lit samples, and how they are rounded.
     struct LitLanes {
         lanes::Float3 colour;
         FloatVec rounding;

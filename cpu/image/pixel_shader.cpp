@@ -211,10 +211,7 @@ private:
                 return lanes::Float3(at_corners[0][k], at_corners[1][k], at_corners[2][k]);
             };
             const lanes::Float3 across = cross3(corner(1) - corner(0), corner(2) - corner(0));
-            const lanes::Float3 n = unit(across);
-            store(n.x, out.normal[0] + l);
-            store(n.y, out.normal[1] + l);
-            store(n.z, out.normal[2] + l);
+            store3(unit(across), out.normal, l);
             const std::uint32_t used = ((1u << count) - 1) >> l & kLaneBits;
             has_degenerate_ |= (used & ~bits_of(largest_component(across) > zero())) != 0;
         }
@@ -250,7 +247,6 @@ HWY_INLINE lanes::Float3 directions_of(const ImageRegion& region, const PixelLan
         lanes::camera_direction(region.params.camera, pixels.x, pixels.y));
 }
 
-/// The surfaces that the pixels of a region show.
 class ShownSurfaces {
 public:
     explicit ShownSurfaces(const ImageRegion& region, bool is_used = true) : region_(region) {
@@ -333,42 +329,37 @@ ShadowRayCounts make_shadow_rays_of_region(const ImageRegion& region, SharedOrig
     ShadowRayCounts counts;
     ShownSurfaces surfaces(region);
     const lanes::Float3 light(region.params.light);
-    for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
-        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
-            const std::uint32_t index = block.ray_index(region) / kBlockRays;
-            SharedOriginRays& to = rays[index];
-            LitPixels& pixels_lit = lit[index];
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                const PixelLanes pixels = load_pixels(region, block, i);
-                lanes::Float3 dir(vec3(0.0f));
-                FloatVec tfar = splat(-1.0f);
-                FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
-                if (!none(pixels.visible)) {
-                    counts.hits += count(pixels.visible);
-                    const lanes::Surface s =
-                        surfaces.at(block, i, pixels, directions_of(region, pixels));
-                    const Mask traced = pixels.visible & faces_light(s, light);
-                    if (region.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
-                    if (!none(traced)) {
-                        const lanes::Float3 ray = shadow_direction(s, light);
-                        dir = select(traced, canonical_direction(ray), dir);
-                        tfar =
-                            select(traced, lanes::power_of_two_below(largest_component(ray)), tfar);
-                        if (region.frame.with_pixels) {
-                            const FloatVec facing = dot3(s.normal, unit(light - s.point));
-                            intensity = zero_unless(pixels.visible,
-                                                    lanes::lit_intensity(max(facing, zero())));
-                        }
-                        counts.rays += count(traced);
+    for_each_block(region.tile, [&](const PixelBlock& block) HWY_ATTR {
+        const std::uint32_t index = block.ray_index(region) / kBlockRays;
+        SharedOriginRays& to = rays[index];
+        LitPixels& pixels_lit = lit[index];
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const PixelLanes pixels = load_pixels(region, block, i);
+            lanes::Float3 dir(vec3(0.0f));
+            FloatVec tfar = splat(-1.0f);
+            FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
+            if (!none(pixels.visible)) {
+                counts.hits += count(pixels.visible);
+                const lanes::Surface s =
+                    surfaces.at(block, i, pixels, directions_of(region, pixels));
+                const Mask traced = pixels.visible & faces_light(s, light);
+                if (region.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
+                if (!none(traced)) {
+                    const lanes::Float3 ray = shadow_direction(s, light);
+                    dir = select(traced, canonical_direction(ray), dir);
+                    tfar = select(traced, lanes::power_of_two_below(largest_component(ray)), tfar);
+                    if (region.frame.with_pixels) {
+                        const FloatVec facing = dot3(s.normal, unit(light - s.point));
+                        intensity =
+                            zero_unless(pixels.visible, lanes::lit_intensity(max(facing, zero())));
                     }
+                    counts.rays += count(traced);
                 }
-                store(dir.x, to.dir[0] + i);
-                store(dir.y, to.dir[1] + i);
-                store(dir.z, to.dir[2] + i);
-                store(tfar, to.tfar + i);
-                store(intensity, pixels_lit.intensity + i);
             }
-        });
+            store3(dir, to.dir, i);
+            store(tfar, to.tfar + i);
+            store(intensity, pixels_lit.intensity + i);
+        }
     });
     return counts;
 }
@@ -425,35 +416,32 @@ void make_ao_rays_of_region(const ImageRegion& region, std::vector<Ray>& rays) {
     const std::uint32_t count = region.params.ao_count;
     rays.clear();
     ShownSurfaces surfaces(region);
-    for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
-        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                const PixelLanes pixels = load_pixels(region, block, i);
-                const std::uint32_t visible = bits_of(pixels.visible);
-                if (visible == 0) continue;
-                const lanes::Surface s =
-                    surfaces.at(block, i, pixels, directions_of(region, pixels));
-                const lanes::Float3 org = off_surface(s, s.size);
-                alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
-                hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
-                const std::size_t begin = rays.size();
-                rays.resize(begin + hwy::PopCount(std::uint64_t{visible}) * count);
-                for (std::uint32_t sample = 0; sample < count; ++sample) {
-                    // As ao_ray().
-                    const UintVec number = lanes::ao_number(pixels.x, pixels.y, sample);
-                    const lanes::Float3 ray = ao_direction(s, lanes::sphere_point(number));
-                    const lanes::Float3 dir = canonical_direction(ray);
-                    const FloatVec tfar =
-                        region.params.ao_tfar * lanes::power_of_two_below(largest_component(ray));
-                    hn::StoreInterleaved4(dir.x, dir.y, dir.z, tfar, kFloats, ends[0].words);
-                    std::size_t at = begin + sample;
-                    for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
-                        const std::size_t lane = first_bit(left);
-                        write_ray(starts[lane], ends[lane], rays[at]);
-                    }
+    for_each_block(region.tile, [&](const PixelBlock& block) HWY_ATTR {
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const PixelLanes pixels = load_pixels(region, block, i);
+            const std::uint32_t visible = bits_of(pixels.visible);
+            if (visible == 0) continue;
+            const lanes::Surface s = surfaces.at(block, i, pixels, directions_of(region, pixels));
+            const lanes::Float3 org = off_surface(s, s.size);
+            alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
+            hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
+            const std::size_t begin = rays.size();
+            rays.resize(begin + hwy::PopCount(std::uint64_t{visible}) * count);
+            for (std::uint32_t sample = 0; sample < count; ++sample) {
+                // As ao_ray().
+                const UintVec number = lanes::ao_number(pixels.x, pixels.y, sample);
+                const lanes::Float3 ray = ao_direction(s, lanes::sphere_point(number));
+                const lanes::Float3 dir = canonical_direction(ray);
+                const FloatVec tfar =
+                    region.params.ao_tfar * lanes::power_of_two_below(largest_component(ray));
+                hn::StoreInterleaved4(dir.x, dir.y, dir.z, tfar, kFloats, ends[0].words);
+                std::size_t at = begin + sample;
+                for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
+                    const std::size_t lane = first_bit(left);
+                    write_ray(starts[lane], ends[lane], rays[at]);
                 }
             }
-        });
+        }
     });
 }
 

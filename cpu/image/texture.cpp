@@ -80,12 +80,8 @@ Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std
     const auto x = static_cast<std::int32_t>(width), y = static_cast<std::int32_t>(height);
     levels_.push_back({{x, y, x, y}, 0});
     assert(texels.size() == std::size_t{width} * height && !texels.empty());
-    std::size_t total = 0;
-    for (std::uint32_t w = width, h = height;; w = std::max(w / 2, 1u), h = std::max(h / 2, 1u)) {
-        total += std::size_t{w} * h;
-        if (w == 1 && h == 1) break;
-    }
-    texels_.reserve(total);
+    // All levels of a square have a third more.
+    texels_.reserve(texels.size() + texels.size() / 3 + 1);
     for (const std::uint32_t texel : texels) texels_.push_back(texel & 0x00FFFFFFu);
     while (levels_.back().width() > 1 || levels_.back().height() > 1) append_half();
     if (cutoff == 0) return;

@@ -53,7 +53,6 @@ public:
                            Frame& frame, const Watch& watch) const;
 
 protected:
-    /// Traces the rays from org that have these indices.
     void occluded_among(vec3 org, std::span<const SharedOriginRays> rays,
                         std::span<const std::uint16_t> indices,
                         std::span<std::uint8_t> occluded) const;

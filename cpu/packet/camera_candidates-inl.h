@@ -121,7 +121,6 @@ HWY_INLINE TriangleLanes candidate_triangles(const CameraPacket& packet,
     return out;
 }
 
-/// Finds which of as many rays as there are lanes have candidates, and where.
 HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
     const UintVec candidates = load(indices);
     Candidates found;

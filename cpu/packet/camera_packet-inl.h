@@ -102,7 +102,8 @@ public:
             const FloatVec x = load(kGrid.middle + i * kLanes);
             for (int k = 0; k < 4; ++k) at_column_[k][i] = mul_add(p.a[k], x, p.c[k]);
         }
-        for (int k = 0; k < 4; ++k) most_[k] = most_in_block(p.a[k], p.b[k]);
+        const FloatVec half = splat(0.5f * (kBlockSide - 1) + packet.frame.grid_margin);
+        for (int k = 0; k < 4; ++k) most_[k] = (abs(p.a[k]) + abs(p.b[k])) * half;
         most_[kDepthPlane] = most_[kDepthPlane] + p.error;
     }
 
@@ -142,23 +143,17 @@ public:
 private:
     static constexpr std::size_t kVectors = kGridSide / kLanes;
 
-    /// How much larger a x + b y is at a ray of a block than in its middle, at most.
-    HWY_INLINE FloatVec most_in_block(FloatVec a, FloatVec b) const {
-        const FloatVec half = splat(0.5f * (kBlockSide - 1) + packet_.frame.grid_margin);
-        return (abs(a) + abs(b)) * half;
-    }
-
     const CameraPacket& packet_;
     const GridPlanes& planes_;
     std::uint64_t columns_;
     FloatVec more_[4][kBlockRays / kLanes], at_column_[4][kVectors];
+    /// How much larger a value is at a ray of a block than in its middle, at most.
     FloatVec most_[4];
     alignas(64) float middle_[4][8 * kGridSide];
 };
 
 // ---- Leaves
 
-/// Finds the closest candidates of a camera packet's rays in leaves.
 class CameraLeaves {
 public:
     explicit CameraLeaves(CameraPacket& packet)
@@ -370,7 +365,6 @@ private:
 
 // ---- The tree
 
-/// Finds the closest candidates of a camera packet's rays.
 class CameraPacketTracer {
 public:
     /// The blocks, and the pixels, that a box may concern.

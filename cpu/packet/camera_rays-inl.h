@@ -156,11 +156,8 @@ HWY_INLINE bool store_directions(const StoredRayTile& tile, StoredDirections& ou
             const Mask good_dir = (largest >= splat(0x1p-126f)) & (sum <= splat(0x1p126f)) &
                                   (end == splat(std::numeric_limits<float>::infinity()));
             good = good & ((is_dir & good_dir) | and_not(is_dir, same_org));
-            const lanes::Float3 dir = lanes::canonical_direction(lanes::Float3(v));
             alignas(64) float d[3][kMaxLanes];
-            store(dir.x, d[0]);
-            store(dir.y, d[1]);
-            store(dir.z, d[2]);
+            store3(lanes::canonical_direction(lanes::Float3(v)), d, 0);
             for (std::uint32_t i = 0; i < kRays; ++i) {
                 const std::uint32_t ray = camera_packet_ray(x + i, y);
                 for (int axis = 0; axis < 3; ++axis) out.d[axis][ray] = d[axis][2 * i + 1];
@@ -277,11 +274,6 @@ struct HitLanes {
     UintVec prim_ids;
 };
 
-HWY_INLINE HitLanes no_hits() {
-    const FloatVec none = zero();
-    return {none, none, none, splat(kNoPrim)};
-}
-
 /// Writes the hits of a packet whose rays have found their closest candidates.
 class CameraPacketFinish {
 public:
@@ -388,10 +380,7 @@ private:
             for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
                 FloatVec d[3];
                 for (int k = 0; k < 3; ++k) d[k] = load(columns_[k] + r) + part[k];
-                const lanes::Float3 dir = lanes::canonical_direction(lanes::Float3(d));
-                store(dir.x, scaled_[0] + r);
-                store(dir.y, scaled_[1] + r);
-                store(dir.z, scaled_[2] + r);
+                store3(lanes::canonical_direction(lanes::Float3(d)), scaled_, r);
             }
         }
     }
@@ -470,7 +459,7 @@ private:
                 if (candidates.rays != 0) {
                     begin_hits<kMixed, kStored>(candidates, now);
                 } else {
-                    write(no_hits(), place(first));
+                    write({zero(), zero(), zero(), splat(kNoPrim)}, place(first));
                 }
                 if constexpr (kByHalves) {
                     if (HWY_LIKELY(before.rays != 0)) finish_hits(before);

@@ -88,12 +88,6 @@ HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangle
     return kept;
 }
 
-/// The quads of `among` with a ray that a hit at 1/z <= q may concern.
-HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSet& among) {
-    return find_quads(packet, among,
-                      [&](std::size_t k) HWY_ATTR { return splat(q) >= load(packet.quad_q + k); });
-}
-
 /// A packet is given up if its quads cover their bounds more often than this
 /// (lab/notes/cpu_tracer.md).
 inline constexpr float kMostOverlap = 8;
@@ -344,7 +338,10 @@ public:
         std::uint32_t one_by_one = count > kManyOfTriangle ? oriented & triangles_.behind : 0;
         if (count > kManyBlocks * hwy::PopCount(oriented)) one_by_one = oriented;
         if (one_by_one != oriented) {
-            list_blocks();
+            std::size_t listed = 0;
+            for (const std::uint32_t group : BitsOf(grouped_.groups))
+                listed =
+                    append_bits(blocks_, listed, group * kGroupBlocks, grouped_.of_group[group]);
             for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
                 const std::size_t end = std::min(begin + kBlocksAtOnce, count);
                 trace_items(leaf, list_items(oriented & ~one_by_one, begin, end));
@@ -406,12 +403,6 @@ private:
             count += hwy::PopCount(kept);
         }
         return count;
-    }
-
-    HWY_INLINE void list_blocks() {
-        std::size_t count = 0;
-        for (const std::uint32_t group : BitsOf(grouped_.groups))
-            count = append_bits(blocks_, count, group * kGroupBlocks, grouped_.of_group[group]);
     }
 
     /// Lists in items_ the items of blocks_[begin, end) and the triangles that meet them. Returns
@@ -612,7 +603,9 @@ public:
     const PacketFrame& frame() const { return packet_.frame; }
 
     HWY_INLINE bool narrow(float q, bool is_node, ActiveRays& active) const {
-        active.quads = quads_beyond(packet_, q, active.quads);
+        active.quads = find_quads(packet_, active.quads, [&](std::size_t k) HWY_ATTR {
+            return splat(q) >= load(packet_.quad_q + k);
+        });
         if (is_node && active.quads.count() <= kFewQuads)
             active.quads = RaysWithin(packet_, active.rectangle, q).quads(active.quads);
         return active.quads.any();

@@ -738,16 +738,14 @@ private:
                         nearest_corner(to_a, to_b, to_c, splat(kRuleExcess) * size + point_error_);
                     const lanes::Float3 vertex =
                         select(nearest.is_c, c, select(nearest.is_b, b, a));
-                    HWY_ALIGN float x[kLanes], y[kLanes], z[kLanes];
-                    store(vertex.x, x);
-                    store(vertex.y, y);
-                    store(vertex.z, z);
-                    for_each_of(
-                        near & nearest.is_place, least,
-                        [&](std::uint32_t i, std::uint32_t slot, std::uint32_t prim_id,
-                            float value) HWY_ATTR {
-                            add_at_vertex({vec3(x[i], y[i], z[i]), value, index, slot, prim_id});
-                        });
+                    HWY_ALIGN float at[3][kLanes];
+                    store3(vertex, at, 0);
+                    for_each_of(near & nearest.is_place, least,
+                                [&](std::uint32_t i, std::uint32_t slot, std::uint32_t prim_id,
+                                    float value) HWY_ATTR {
+                                    add_at_vertex({vec3(at[0][i], at[1][i], at[2][i]), value, index,
+                                                   slot, prim_id});
+                                });
                     near = hn::AndNot(nearest.is_place, near);
                 }
                 for_each_of(near, least, [&](auto, std::uint32_t slot, auto, float value) HWY_ATTR {

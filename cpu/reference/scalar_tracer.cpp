@@ -28,10 +28,9 @@ std::uint64_t border_flag(const Hit& hit) {
 bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
 
 /// Answers queries about a mesh, one ray or point after the other.
-class BruteAnswers {
-public:
-    BruteAnswers(const Topology& topology, std::span<const vec3> positions)
-        : topology_(topology), positions_(positions) {}
+struct BruteAnswers {
+    const Topology& topology;
+    std::span<const vec3> positions;
 
     void answer(const CountQuery& query) const {
         for (std::size_t i = 0; i < query.rays.size(); ++i) {
@@ -107,7 +106,6 @@ public:
         }
     }
 
-private:
     template <class Query>
     static bool sees(const Query& query, std::size_t i, std::uint32_t prim_id) {
         return query.filter == nullptr || query.filter->sees(i, prim_id);
@@ -125,7 +123,7 @@ private:
             if (query.crossing == Crossing::kOwner && !owns_hit(sheared, a, b, c, hit)) return;
             if (sees(query, i, prim_id)) visit(make_hit(hit, prim_id));
         };
-        for_each_mesh_triangle(topology_, positions_, test);
+        for_each_mesh_triangle(topology, positions, test);
     }
 
     /// Calls visit(a, b, c, prim_id) for the triangles that point i of a query sees.
@@ -135,11 +133,8 @@ private:
         const auto test = [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
             if (finite_vertices(a, b, c) && sees(query, i, prim_id)) visit(a, b, c, prim_id);
         };
-        for_each_mesh_triangle(topology_, positions_, test);
+        for_each_mesh_triangle(topology, positions, test);
     }
-
-    const Topology& topology_;
-    std::span<const vec3> positions_;
 };
 
 }  // namespace
@@ -161,7 +156,7 @@ bool BruteTracer::occluded(const Ray& ray) const {
 }
 
 void BruteTracer::operator()(const QueryBatch& batch) const {
-    const BruteAnswers answers(*topology_, positions_);
+    const BruteAnswers answers{*topology_, positions_};
     std::visit([&](const auto& query) { answers.answer(query); }, batch);
 }
 

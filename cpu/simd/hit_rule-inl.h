@@ -14,7 +14,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
-/// Where rays may hit, and which crossings count.
 struct HitRange {
     FloatVec tnear, tfar;
     Crossing crossing = Crossing::kEach;
@@ -30,7 +29,6 @@ struct FastTriangle {
     FloatVec za, zb, zc;
 };
 
-/// Takes t, u and v of these lanes from another hit.
 HWY_INLINE void take_hits(Mask lanes, const lanes::TriangleHit& from, lanes::TriangleHit& hit) {
     hit.t = select(lanes, from.t, hit.t);
     hit.u = select(lanes, from.u, hit.u);
@@ -259,7 +257,6 @@ struct TriangleLanes {
     FloatVec corner[3][3];
     UintVec prim_ids;
 
-    /// Takes the triangles of these lanes from others.
     HWY_INLINE void take(Mask own, const TriangleLanes& others) {
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis)

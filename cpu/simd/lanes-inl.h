@@ -53,6 +53,14 @@ struct Float3 {
     }
 };
 
+/// Stores x, y and z in three arrays, from this place on.
+template <class Arrays>
+HWY_INLINE void store3(const Float3& v, Arrays&& to, std::size_t at) {
+    store(v.x, &to[0][at]);
+    store(v.y, &to[1][at]);
+    store(v.z, &to[2][at]);
+}
+
 HWY_INLINE Bool operator&&(Bool a, Bool b) { return a & b; }
 HWY_INLINE Bool operator&&(Bool a, UintMask b) { return a & float_mask(b); }
 HWY_INLINE Bool operator||(Bool a, Bool b) { return a | b; }

@@ -123,7 +123,6 @@ private:
     HWY_ALIGN PerVertex<float> table_;
 };
 
-/// Looks up values for the three vertices of a vector of triangles.
 struct VertexLookups {
     LaneLookup a, b, c;
 
@@ -225,7 +224,6 @@ HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
 // Most triangles are skipped by a bound of their edge functions that needs no depth, because the
 // largest |z| of a leaf takes longer to find; others by their own bound, or behind the origin.
 
-/// The vertices of a leaf as points.
 struct LeafPoints {
     VertexValues x, y, z;
 

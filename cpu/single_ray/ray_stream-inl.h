@@ -57,16 +57,12 @@ struct alignas(64) RayStream {
 inline constexpr float kStreamDilation = HWY_NATIVE_FMA ? kFusedDilation : kUnfusedDilation;
 inline constexpr float kStreamRounding = HWY_NATIVE_FMA ? kFusedSlabRounding : kSlabRounding;
 
-/// 1/d rounded once, and what stands for 1/0.
-HWY_INLINE FloatVec rounded_reciprocal(FloatVec d) {
-    const Mask is_zero = d == zero();
-    return select(is_zero, splat(kHugeReciprocal), hn::Div(splat(1.0f), select(is_zero, 1.0f, d)));
-}
-
 /// Prepares an axis; `least` is least_dilation().
 HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t axis, FloatVec org,
                              FloatVec dir, FloatVec least) {
-    const FloatVec rdir = rounded_reciprocal(dir);
+    const Mask is_zero = dir == zero();
+    const FloatVec rdir =
+        select(is_zero, splat(kHugeReciprocal), hn::Div(splat(1.0f), select(is_zero, 1.0f, dir)));
     const FloatVec rdir_far = rdir * kStreamRounding;
     const Mask negative = rdir < zero();
     const FloatVec dilation = (kStreamDilation * abs(org) + kLeastDilations * least) * abs(rdir);
@@ -110,12 +106,8 @@ HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const lanes::
                              const lanes::Float3& dir) {
     const lanes::ShearedRay s = lanes::shear_ray(org, dir);
     store(s.axis, stream.axis + first);
-    store(s.org.x, stream.sheared_org[0] + first);
-    store(s.org.y, stream.sheared_org[1] + first);
-    store(s.org.z, stream.sheared_org[2] + first);
-    store(s.dir.x, stream.sheared_dir[0] + first);
-    store(s.dir.y, stream.sheared_dir[1] + first);
-    store(s.dir.z, stream.sheared_dir[2] + first);
+    store3(s.org, stream.sheared_org, first);
+    store3(s.dir, stream.sheared_dir, first);
     store(s.depth_slack, stream.depth_slack + first);
     const DepthlessBound<FloatVec> bound = depthless_bound(most_depth(abs(s.org.z)));
     store(bound.linear, stream.bound_linear + first);
