@@ -11,17 +11,9 @@
 namespace mray::embree {
 namespace {
 
-constexpr std::uint64_t kNoDevice = 0;
-
-/// The first error since the last look, by the number of its device.
-thread_local std::map<std::uint64_t, RTCError> first_errors;
+/// The first error since the last look; that of no device, too.
+thread_local std::map<const Device*, RTCError> first_errors;
 thread_local std::string last_message;
-
-std::uint64_t number_of(const Device* device) {
-    return device == nullptr ? kNoDevice : device->number();
-}
-
-std::atomic<std::uint64_t> last_number = kNoDevice;
 
 RTCError code_of(morphray::ErrorCode code) {
     using enum morphray::ErrorCode;
@@ -114,14 +106,16 @@ void fail_unsupported(const std::string& what) {
     fail_operation(what + " not supported by morphray");
 }
 
-Device::Device(const char* config)
-    : number_(++last_number), tracer_(morphray::Device::cpu(read_settings(config))) {}
+Device::Device(const char* config) : tracer_(morphray::Device::cpu(read_settings(config))) {
+    // An earlier device may have had the address.
+    first_errors.erase(this);
+}
 
 void report_current(Device* device, const char* call) noexcept {
     try {
         Failure failure = current_failure();
         failure.message.insert(0, std::string(call) + ": ");
-        first_errors.try_emplace(number_of(device), failure.code);
+        first_errors.try_emplace(device, failure.code);
         last_message = failure.message;
         if (device == nullptr || device->error_function == nullptr) return;
         device->error_function(device->error_user, failure.code, failure.message.c_str());
@@ -153,7 +147,7 @@ void rtcSetDeviceProperty(RTCDevice device, const enum RTCDeviceProperty, ssize_
 }
 RTCError rtcGetDeviceError(RTCDevice device) {
     return guarded(__func__, nullptr, [&] {
-        const auto taken = first_errors.extract(number_of(reinterpret_cast<Device*>(device)));
+        const auto taken = first_errors.extract(reinterpret_cast<Device*>(device));
         return taken ? taken.mapped() : RTC_ERROR_NONE;
     });
 }
@@ -267,25 +261,22 @@ MORPHRAY_REFUSED(rtcInvokeIntersectFilterFromGeometry, kNoHandle, kUser,
 MORPHRAY_REFUSED(rtcInvokeOccludedFilterFromGeometry, kNoHandle, kUser,
                  const RTCOccludedFunctionNArguments*, const RTCFilterFunctionNArguments*)
 
-#define MORPHRAY_FORWARD(kind)                                                                    \
-    MORPHRAY_REFUSED(rtcForward##kind##1, kNoHandle, kUser, const RTC##kind##FunctionNArguments*, \
-                     RTCScene, RTCRay*, unsigned int)                                             \
-    MORPHRAY_REFUSED(rtcForward##kind##1Ex, kNoHandle, kUser,                                     \
-                     const RTC##kind##FunctionNArguments*, RTCScene, RTCRay*, unsigned int,       \
-                     unsigned int)
 #define MORPHRAY_FORWARD_PACKET(kind, n)                                                       \
     MORPHRAY_REFUSED(rtcForward##kind##n, kNoHandle, kUser, const int*,                        \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int) \
     MORPHRAY_REFUSED(rtcForward##kind##n##Ex, kNoHandle, kUser, const int*,                    \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int, \
                      unsigned int)
+#define MORPHRAY_FORWARD(kind)                                                                    \
+    MORPHRAY_REFUSED(rtcForward##kind##1, kNoHandle, kUser, const RTC##kind##FunctionNArguments*, \
+                     RTCScene, RTCRay*, unsigned int)                                             \
+    MORPHRAY_REFUSED(rtcForward##kind##1Ex, kNoHandle, kUser,                                     \
+                     const RTC##kind##FunctionNArguments*, RTCScene, RTCRay*, unsigned int,       \
+                     unsigned int)                                                                \
+    MORPHRAY_FORWARD_PACKET(kind, 4)                                                              \
+    MORPHRAY_FORWARD_PACKET(kind, 8)                                                              \
+    MORPHRAY_FORWARD_PACKET(kind, 16)
 
 MORPHRAY_FORWARD(Intersect)
-MORPHRAY_FORWARD_PACKET(Intersect, 4)
-MORPHRAY_FORWARD_PACKET(Intersect, 8)
-MORPHRAY_FORWARD_PACKET(Intersect, 16)
 MORPHRAY_FORWARD(Occluded)
-MORPHRAY_FORWARD_PACKET(Occluded, 4)
-MORPHRAY_FORWARD_PACKET(Occluded, 8)
-MORPHRAY_FORWARD_PACKET(Occluded, 16)
 #endif

@@ -79,14 +79,11 @@ public:
 
     Device& device() { return *this; }
     const morphray::Device& tracer() const { return tracer_; }
-    /// Names the device in slots of errors; no other device has the number.
-    std::uint64_t number() const { return number_; }
 
     RTCErrorFunction error_function = nullptr;
     void* error_user = nullptr;
 
 private:
-    std::uint64_t number_;
     morphray::Device tracer_;
 };
 

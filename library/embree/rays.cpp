@@ -56,8 +56,6 @@ public:
         : committed_(committed),
           options_(options),
           kind_(kind),
-          crossing_(options.filter == nullptr ? morphray::Crossing::each
-                                              : morphray::Crossing::once),
           has_filters_(
               options.filter != nullptr ||
               (kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
@@ -146,13 +144,12 @@ private:
         RTCRay seen = mesh.is_instance() ? to_object(ray, mesh.to_object) : ray;
         for (const RTCFilterFunctionN filter : {own, given}) {
             if (filter == nullptr || valid == 0) continue;
-            RTCFilterFunctionNArguments arguments;
-            arguments.valid = &valid;
-            arguments.geometryUserPtr = geometry.user;
-            arguments.context = &context;
-            arguments.ray = reinterpret_cast<RTCRayN*>(&seen);
-            arguments.hit = reinterpret_cast<RTCHitN*>(&hit);
-            arguments.N = 1;
+            const RTCFilterFunctionNArguments arguments = {.valid = &valid,
+                                                           .geometryUserPtr = geometry.user,
+                                                           .context = &context,
+                                                           .ray = reinterpret_cast<RTCRayN*>(&seen),
+                                                           .hit = reinterpret_cast<RTCHitN*>(&hit),
+                                                           .N = 1};
             filter(&arguments);
         }
         context = before;
@@ -164,12 +161,15 @@ private:
     morphray::Hit next(const morphray::Ray& traced, const morphray::Hit& last,
                        unsigned int ray_mask) const {
         const bool is_quads = committed_.meshes[last.geom_id].is_quads;
+        // Queries with a filter of their own count hits, and so take one at an edge.
+        const auto crossing =
+            options_.filter == nullptr ? morphray::Crossing::each : morphray::Crossing::once;
         morphray::QueryOptions seen = kCallingThread;
         if (committed_.uses_masks) seen.visible = visible_to(ray_mask);
-        const morphray::Hit hit = scene().intersect(traced, last, crossing_, seen);
+        const morphray::Hit hit = scene().intersect(traced, last, crossing, seen);
         const bool is_other_half = is_quads && last.prim_id % 2 == 0 && hit.t == last.t &&
                                    hit.geom_id == last.geom_id && hit.prim_id == last.prim_id + 1;
-        return is_other_half ? scene().intersect(traced, hit, crossing_, seen) : hit;
+        return is_other_half ? scene().intersect(traced, hit, crossing, seen) : hit;
     }
     std::span<const std::uint8_t> visible_to(unsigned int ray_mask) const {
         if (visible_.empty() || ray_mask != visible_mask_) {
@@ -185,8 +185,6 @@ private:
     const Committed& committed_;
     QueryOptions options_;
     Kind kind_;
-    /// Queries with a filter of their own count hits, and so take one at an edge.
-    morphray::Crossing crossing_;
     bool has_filters_;
     /// The meshes that this mask lets through.
     mutable std::vector<std::uint8_t> visible_;

@@ -153,13 +153,13 @@ bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryC
             const CommittedMesh& mesh = committed.meshes[box.mesh];
             const RTCPointQueryContext before = context;
             if (mesh.is_instance()) enter_instance(mesh, context);
-            RTCPointQueryFunctionArguments arguments;
-            arguments.query = &query;
-            arguments.userPtr = user;
-            arguments.primID = box.prim_id;
-            arguments.geomID = mesh.geom_id;
-            arguments.context = &context;
-            arguments.similarityScale = mesh.is_instance() ? similarity_of(mesh.to_object) : 1.0f;
+            RTCPointQueryFunctionArguments arguments = {
+                .query = &query,
+                .userPtr = user,
+                .primID = box.prim_id,
+                .geomID = mesh.geom_id,
+                .context = &context,
+                .similarityScale = mesh.is_instance() ? similarity_of(mesh.to_object) : 1.0f};
             for (const RTCPointQueryFunction each : {function, mesh.geometry->point_query})
                 if (each != nullptr) has_changed |= each(&arguments);
             if (mesh.is_instance()) context = before;

@@ -8,30 +8,26 @@ import argparse
 import numpy as np
 
 import morphray
-from lidar import parse_with_device
+from lidar import grid, parse_with_device
 
 
-def fold(amount, rows, columns=60):
+COLUMNS = 60
+
+
+def fold(amount, rows):
     """A strip that runs in a wave along its length, of angles up to `amount`; it turns back above pi / 2."""
     along = (np.arange(rows) + 0.5) / rows
     angle = amount * np.sin(6 * np.pi * along)
     place = np.cumsum([np.cos(angle), np.sin(angle)], axis=1) / rows
-    across = np.linspace(-0.25, 0.25, columns)
-    points = np.empty((rows, columns, 3), np.float32)
+    across = np.linspace(-0.25, 0.25, COLUMNS)
+    points = np.empty((rows, COLUMNS, 3), np.float32)
     points[..., 0], points[..., 1] = place[0, :, None], place[1, :, None]
     points[..., 2] = across * (1 + 0.1 * np.sin(9 * along))[:, None]
     return points.reshape(-1, 3)
 
 
-def grid(rows, columns=60):
-    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-    lower = np.stack([corner, corner + 1, corner + columns], axis=-1)
-    upper = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=-1)
-    return np.concatenate([lower, upper]).astype(np.uint32)
-
-
 def run(frames=60, rows=600, device="cpu", out=None):
-    scene = morphray.Scene(fold(0, rows), grid(rows), device=device)
+    scene = morphray.Scene(fold(0, rows), grid(COLUMNS, rows), device=device)
     for frame in range(frames):
         scene.update(0, fold(2.6 * frame / max(frames - 1, 1), rows))
         if not scene.has_crossings():
@@ -41,7 +37,7 @@ def run(frames=60, rows=600, device="cpu", out=None):
             # Triangles that cross are red.
             colours = np.full((scene.triangle_count, 3), (200, 190, 170), np.uint8)
             colours[pairs[:, :, 1].ravel()] = (220, 30, 20)
-            shown = morphray.Scene(fold(2.6 * frame / max(frames - 1, 1), rows), grid(rows), albedo=colours)
+            shown = morphray.Scene(fold(2.6 * frame / max(frames - 1, 1), rows), grid(COLUMNS, rows), albedo=colours)
             shown.render((960, 480), eye=(0.45, 0.3, 0.7), target=(0.09, 0.04, 0), fov=30, shading="lit",
                          samples=16).save(out)
         return frame, len(pairs)

@@ -48,8 +48,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
     const std::optional<int> t_exponent = scene.space().to_scene(rays.front(), first);
     if (!t_exponent || is_far(*t_exponent)) return false;
     alignas(64) std::array<mray::Hit, mray::kStoredTileSide * mray::kStoredTileSide> found;
-    const mray::StoredRayTile tile{reinterpret_cast<const mray::StoredRay*>(rays.data()), row,
-                                   static_cast<std::uint32_t>(width),
+    const mray::StoredRayTile tile{stored(rays).data(), row, static_cast<std::uint32_t>(width),
                                    static_cast<std::uint32_t>(height), first.org};
     if (!scene.tracer().trace_stored(tile, found.data())) return false;
     for (std::size_t y = 0; y < height; ++y) {

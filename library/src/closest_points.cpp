@@ -21,10 +21,6 @@ float in_floats(double distance) {
     return static_cast<float>(std::clamp<double>(distance, Limits::denorm_min(), Limits::max()));
 }
 
-double largest_of(const mray::dvec3& p) {
-    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-}
-
 mray::Corners world_corners(const SceneImpl& scene, std::uint32_t prim_id) {
     const mray::uvec3 t = scene.meshes().topology().triangles[prim_id];
     return {scene.pose().world_position(t.x), scene.pose().world_position(t.y),
@@ -97,7 +93,8 @@ std::vector<float> detail::find_distances(const PointPart& part, float most_d2) 
         const mray::dvec3& p = part.exact[i];
         const bool is_none = found[i].prim_id == mray::kNoPrim;
         const double distance = is_none ? kInfinity : std::sqrt(double{found[i].d2});
-        const bool is_near = distance <= kNearPart * (mray::kSceneExtent + largest_of(p));
+        const double size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+        const bool is_near = distance <= kNearPart * (mray::kSceneExtent + size);
         if (mray::is_within(p) && !is_near) {
             distances[i] = is_none ? kInfinity : in_floats(space.length_to_world(distance));
             continue;

@@ -59,6 +59,7 @@ public:
                 if (!all.empty() && !take(all)) is_over = true;
             }
         };
+        constexpr std::size_t kLeaves = 16;
         const bool calls_alone = filter_.options().threads == Threads::calling;
         for_each_run(calls_alone ? nullptr : &scene_.arena(), tree_.leaves.size(), filter_.watch(),
                      search_leaves, kLeaves);
@@ -67,8 +68,6 @@ public:
     }
 
 private:
-    static constexpr std::size_t kLeaves = 16;
-
     std::span<const mray::vec3> positions() const {
         return world_.empty() ? scene_.pose().positions() : world_;
     }

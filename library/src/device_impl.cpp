@@ -34,13 +34,13 @@ DeviceImpl::MakeBackend vulkan_backends(const VulkanOptions& options) {
 #endif
 
 DeviceImpl::DeviceImpl(MakeBackend make, const CpuOptions& host)
-    : make_(std::move(make)),
-      host_(host),
-      arena_(host.threads),
-      simd_target_(mray::find_simd_target(host.simd == mray::kSimdOff ? "scalar" : host.simd)) {
-    const std::unique_ptr<mray::Backend> backend = make_();
-    name_ = backend->info().name;
-    description_ = backend->info().description;
+    : make_backend(std::move(make)),
+      threads(host.threads),
+      arena(host.threads),
+      simd_target(mray::find_simd_target(host.simd == mray::kSimdOff ? "scalar" : host.simd)) {
+    const std::unique_ptr<mray::Backend> backend = make_backend();
+    name = backend->info().name;
+    description = backend->info().description;
 }
 
 Device DeviceImpl::make(MakeBackend make, const CpuOptions& host) {
@@ -64,22 +64,18 @@ const char* version() noexcept { return mray::kVersion.data(); }
 
 Device::Device(std::shared_ptr<DeviceImpl> impl) : impl_(std::move(impl)) {}
 
+template <class Make>
+static Device make_on_host(Make make, const CpuOptions& options) {
+    return DeviceImpl::make([=] { return make({options.threads, options.simd}); }, options);
+}
 Device Device::cpu(const CpuOptions& options) {
-    return DeviceImpl::make(
-        [=] {
-            return mray::cpu::make_cpu_backend({options.threads, options.simd});
-        },
-        options);
+    return make_on_host(mray::cpu::make_cpu_backend, options);
 }
 Device Device::brute_force(const CpuOptions& options) {
-    return DeviceImpl::make(
-        [=] {
-            return mray::cpu::make_brute_backend({options.threads, options.simd});
-        },
-        options);
+    return make_on_host(mray::cpu::make_brute_backend, options);
 }
-const std::string& Device::name() const { return impl_->name(); }
-std::string Device::description() const { return impl_->description(); }
+const std::string& Device::name() const { return impl_->name; }
+std::string Device::description() const { return impl_->description; }
 
 std::vector<std::string> simd_targets() {
     return with_public_errors([] {

@@ -21,29 +21,18 @@ public:
     /// `host`: threads and instruction set of the host's work.
     explicit DeviceImpl(MakeBackend make, const CpuOptions& host = {});
 
-    /// Throws Error.
     static Device make(MakeBackend make, const CpuOptions& host = {});
     /// As make(), for backends of gpu/vulkan_backend.h: the host answers what they cannot.
     static Device make_on_device(MakeBackend make);
     static DeviceImpl& of(const Device& device) { return *device.impl_; }
 
-    const std::string& name() const { return name_; }
-    const std::string& description() const { return description_; }
-    int threads() const { return host_.threads; }
-    /// For the host's work: reading positions, converting and tracing rays.
-    const mray::SimdTarget& simd_target() const { return simd_target_; }
-    mray::ThreadArena& arena() { return arena_; }
-
     /// Throws mray::Error.
-    std::unique_ptr<mray::Backend> make_backend() const { return make_(); }
-
-private:
-    MakeBackend make_;
-    CpuOptions host_;
-    mray::ThreadArena arena_;
-    mray::SimdTarget simd_target_;
-    std::string name_;
-    std::string description_;
+    const MakeBackend make_backend;
+    const int threads;
+    /// For the host's work: reading positions, converting and tracing rays.
+    mray::ThreadArena arena;
+    const mray::SimdTarget simd_target;
+    std::string name, description;
 };
 
 }  // namespace morphray::detail

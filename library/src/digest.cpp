@@ -120,7 +120,7 @@ private:
         // NaNs of other processors may have other bits, so trees are no part of kDigest.
         mray::Bvh tree;
         engine::backend(scene).read_tree(tree);
-        step_("boxes and leaves", mray::Hasher().add(tree.nodes).add(tree.leaves).digest());
+        step_("boxes and leaves", mray::bvh_hash(tree));
     }
 
     void ask(const Scene& scene) {

@@ -147,11 +147,8 @@ void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
     batch.hit_words = channels.hit_words();
     if (batch.hit_words == 0 && !batch.with_pixels) return;
     batch.take = [&](std::span<const mray::TracedTile> tiles) {
-        if (tiles.size() == 1) return channels.fill(tiles.front());
-        scene.arena().execute([&] {
-            tbb::parallel_for(std::size_t{0}, tiles.size(),
-                              [&](std::size_t i) { channels.fill(tiles[i]); });
-        });
+        for_each_index(tiles.size() == 1 ? nullptr : &scene.arena(), tiles.size(),
+                       [&](std::size_t i) { channels.fill(tiles[i]); });
     };
     const std::scoped_lock lock(scene.mutex());
     scene.tracer().watch_images(mray::Watch(views.front().cancel, views.front().progress));

@@ -32,10 +32,9 @@ HitsFile parse(const std::string& file, std::string_view text) {
         throw Error(ErrorCode::bad_input, mray::escape(file) + ": " + reason);
     };
     HitsHeader header;
-    const HitsHeader expected;
     if (text.size() < sizeof(header)) refuse("not a file of hits: too short for its header");
     std::memcpy(&header, text.data(), sizeof(header));
-    if (std::memcmp(header.magic, expected.magic, sizeof(header.magic)) != 0)
+    if (std::memcmp(header.magic, HitsHeader().magic, sizeof(header.magic)) != 0)
         refuse("not a file of hits, as `render --hits` writes: it does not begin with MRHITS1");
     const std::uint64_t pixels = std::uint64_t{header.width} * header.height;
     const std::uint64_t rest = text.size() - sizeof(header);

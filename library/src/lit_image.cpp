@@ -59,12 +59,10 @@ public:
         for (std::uint32_t begin = 0; begin < params_.height; begin += band) {
             watch_.throw_if_cancelled();
             const std::uint32_t count = std::min(band, params_.height - begin);
-            scene_.arena().execute([&] {
-                tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t i) {
-                    rows[i].rays.clear();
-                    rows[i].samples.clear();
-                    ask(begin + i, rows[i]);
-                });
+            for_each_index(&scene_.arena(), count, [&](std::size_t i) {
+                rows[i].rays.clear();
+                rows[i].samples.clear();
+                ask(begin + static_cast<std::uint32_t>(i), rows[i]);
             });
             batch.rays.clear();
             batch.samples.clear();
@@ -323,16 +321,13 @@ void shade(const SceneImpl& scene, const mray::cpu::LitSamples& samples, const m
     // Rows of samples in a band, of which few are shared with its neighbours.
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / view.side;
-    const std::uint32_t bands = (height + band - 1) / band;
-    scene.arena().execute([&] {
-        tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
-            watch.throw_if_cancelled();
-            const std::uint32_t begin = i * band;
-            const std::size_t first = std::size_t{begin} * width;
-            shader.shade_rows(samples, begin, std::min(begin + band, height),
-                              image.pixels.data() + first,
-                              image.linear.empty() ? nullptr : &image.linear[first]);
-        });
+    for_each_index(&scene.arena(), (height + band - 1) / band, [&](std::size_t i) {
+        watch.throw_if_cancelled();
+        const std::uint32_t begin = static_cast<std::uint32_t>(i) * band;
+        const std::size_t first = std::size_t{begin} * width;
+        shader.shade_rows(samples, begin, std::min(begin + band, height),
+                          image.pixels.data() + first,
+                          image.linear.empty() ? nullptr : &image.linear[first]);
     });
 }
 

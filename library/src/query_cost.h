@@ -46,7 +46,6 @@ public:
     std::uint64_t rays() const { return counted() - counted_before_; }
     /// The part of rays() that images traced. No other thread may add at the same time.
     std::uint64_t image_rays() const { return image_rays_.load(std::memory_order_relaxed); }
-    /// As rays().
     void reset() {
         nanoseconds_ = 0;
         image_rays_ = 0;

@@ -71,13 +71,11 @@ struct QueryPart {
 
     std::size_t size() const { return numbers.size(); }
     mray::Watch watch() const { return filter.watch(); }
-    /// Some of them.
     QueryPart chosen(std::span<const std::size_t> places) const {
         QueryPart part{scene, filter, {}};
         for (const std::size_t place : places) part.numbers.push_back(numbers[place]);
         return part;
     }
-    /// Asks a query about them.
     template <class Query>
     void ask(const Query& query) const {
         filter.ask(query, [this](std::size_t i) { return numbers[i]; });

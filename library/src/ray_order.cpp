@@ -8,6 +8,8 @@
 #include <glm/common.hpp>
 #include <glm/gtc/bitfield.hpp>
 
+#include "library/src/ray_space.h"
+
 namespace morphray::detail {
 namespace {
 
@@ -27,11 +29,6 @@ static_assert(RaySorter::kMost <= std::size_t{1} << kIndexBits);
 constexpr std::size_t kBlock = std::size_t{1} << 14;
 
 using Counts = std::array<std::uint32_t, kDigits>;
-
-std::span<const mray::StoredRay> stored(std::span<const Ray> rays) {
-    static_assert(sizeof(Ray) == sizeof(mray::StoredRay));
-    return {reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()};
-}
 
 struct CoordinateRange {
     float lower = 0;

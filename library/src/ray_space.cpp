@@ -77,10 +77,7 @@ float RaySpace::to_scene_t(const Ray& world, float t, int t_exponent) const {
 }
 
 void RaySpace::to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const {
-    static_assert(sizeof(Ray) == sizeof(mray::StoredRay));
-    mray::cpu::make_scene_rays(space_, target_,
-                               {reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()},
-                               scene);
+    mray::cpu::make_scene_rays(space_, target_, stored(rays), scene);
     for (std::size_t k = 0; k < scene.hard_count; ++k) {
         const std::size_t i = scene.hard[k];
         const std::optional<int> exponent = to_scene(rays[i], scene.rays[i]);

@@ -34,6 +34,11 @@ inline float to_world_t(float t, int t_exponent) {
     return static_cast<float>(std::min(t * power, static_cast<double>(kLargest)));
 }
 
+inline std::span<const mray::StoredRay> stored(std::span<const Ray> rays) {
+    static_assert(sizeof(Ray) == sizeof(mray::StoredRay));
+    return {reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()};
+}
+
 /// Added to the t_exponent of rays that were moved to the scene from far away.
 inline constexpr int kFarRay = 1 << 16;
 inline bool is_far(int t_exponent) { return t_exponent >= kFarRay / 2; }

@@ -23,11 +23,8 @@ void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image
     image.shade_ms = 0;
     const mray::Frame& frame = traced.samples;
     image.pixels.resize(frame.pixels.size());
-    scene.arena().execute([&] {
-        tbb::parallel_for(std::uint32_t{0}, frame.height, [&](std::uint32_t y) {
-            const std::size_t first = std::size_t{y} * frame.width;
-            std::copy_n(&frame.pixels[first], frame.width, &image.pixels[first]);
-        });
+    for_each_index(&scene.arena(), frame.height, [&](std::size_t y) {
+        std::copy_n(&frame.pixels[y * frame.width], frame.width, &image.pixels[y * frame.width]);
     });
     image.linear.clear();
 }

@@ -12,7 +12,6 @@ namespace morphray::detail {
 
 class SceneImpl;
 
-/// The results of a backend for an image.
 struct TracedImage {
     /// Of the samples: width and height are those of the image times a pixel's side.
     mray::ImageParams params = {};

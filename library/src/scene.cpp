@@ -106,7 +106,7 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::at
 void SceneImpl::start(const mray::Bvh* tree) {
     if (tracer_ == nullptr) tracer_ = DeviceImpl::of(device_).make_backend();
     took_pose();
-    const mray::BuildConfig build{.threads = DeviceImpl::of(device_).threads(),
+    const mray::BuildConfig build{.threads = DeviceImpl::of(device_).threads,
                                   .watch = mray::Watch(options_.cancel)};
     mray::UpdateConfig config{.record_cost_ratio = options_.record_cost_ratio};
     if (const auto* const automatic = std::get_if<Auto>(&options_.update)) {

@@ -38,8 +38,8 @@ public:
     const MeshList& meshes() const { return meshes_; }
     const PoseReader& pose() const { return pose_; }
     const RaySpace& space() const { return *space_; }
-    const mray::SimdTarget& target() const { return DeviceImpl::of(device_).simd_target(); }
-    mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
+    const mray::SimdTarget& target() const { return DeviceImpl::of(device_).simd_target; }
+    mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena; }
     QueryCost cost;
     SharedRaySorter sorter;
     ImageMemory image_memory;

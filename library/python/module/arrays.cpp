@@ -28,7 +28,7 @@ bool has_dtype(const py::array& array, const py::dtype& dtype) {
 }
 
 bool is_closest(const py::array& array) {
-    return has_dtype(array, closest_dtype()) || has_dtype(array, far_closest_dtype());
+    return has_dtype(array, dtypes().closest) || has_dtype(array, dtypes().far_closest);
 }
 
 template <class Number>
@@ -57,13 +57,6 @@ py::array floats_of(const py::array& array, const std::string& name, const Point
         points.attr("__isub__")(py::array_t<double>(3, origin.data()));
     }
     return numbers.attr("astype")(py::dtype::of<float>());
-}
-
-template <class Number>
-py::array require(const py::object& object, const std::string& name, const char* dtype) {
-    py::array array = array_of(object, name);
-    if (!has_dtype<Number>(array)) throw_dtype(array, name, dtype);
-    return array;
 }
 
 /// numpy's own flag is set for any address of an array with fields.
@@ -154,8 +147,8 @@ void add_images(const py::object& given, const std::string& name, MeshTextures& 
     for (const py::handle item : images) {
         std::string place = name + ": image";
         if (is_list(given)) place.append(" ").append(std::to_string(textures.texels.size()));
-        const auto image =
-            require<std::uint8_t>(py::reinterpret_borrow<py::object>(item), place, "uint8");
+        const py::array image = array_of(py::reinterpret_borrow<py::object>(item), place);
+        if (!has_dtype<std::uint8_t>(image)) throw_dtype(image, place, "uint8");
         const bool fits = image.ndim() == 3 && (image.shape(2) == 3 || image.shape(2) == 4);
         if (!fits || image.size() == 0) throw_shape(image, place, "(H, W, 3) or (H, W, 4)");
         textures.texels.push_back(packed_colours(image, 255));
@@ -252,7 +245,8 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
     const py::tuple parts = py::module_::import("morphray")
                                 .attr("Textures")(*py::reinterpret_borrow<py::tuple>(textures));
     add_images(parts[0], name, result);
-    const py::array texcoords = require<float>(parts[1], name + ": texcoords", "float32");
+    const py::array texcoords = array_of(parts[1], name + ": texcoords");
+    if (!has_dtype<float>(texcoords)) throw_dtype(texcoords, name + ": texcoords", "float32");
     if (texcoords.ndim() != 3 || texcoords.shape(1) != 3 || texcoords.shape(2) != 2)
         throw_shape(texcoords, name + ": texcoords", "(T, 3, 2)");
     const py::array packed = contiguous(texcoords);
@@ -272,7 +266,7 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
 QueryArray rays_of(const py::object& object, const Point& origin) {
     py::array array = array_of(object, "rays", 6);
     QueryArray rays{.name = "rays", .shape = shape_of(array)};
-    if (has_dtype(array, ray_dtype())) {
+    if (has_dtype(array, dtypes().ray)) {
         if (origin != Point{}) {
             array = array.attr("copy")();
             array["org"] = floats_of(array["org"], "rays", origin);
@@ -286,7 +280,7 @@ QueryArray rays_of(const py::object& object, const Point& origin) {
     read(array, rays);
     if (rays.array.dtype().kind() != 'f' || array.shape(array.ndim() - 1) == 8) return rays;
     const auto* from = static_cast<const float*>(rays.array.data());
-    py::array whole(ray_dtype(), rays.shape);
+    py::array whole(dtypes().ray, rays.shape);
     for (Ray& ray : std::span(static_cast<Ray*>(whole.mutable_data()), rays.count)) {
         ray = {.org = {from[0], from[1], from[2]}, .dir = {from[3], from[4], from[5]}};
         from += 6;
@@ -311,7 +305,7 @@ std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
     const py::array array = array_of(object, "excluded", 2);
     Shape shape = queries.shape;
     const std::string wanted = std::string("the ") + queries.name;
-    if (has_dtype(array, hit_dtype()) || is_closest(array)) {
+    if (has_dtype(array, dtypes().hit) || is_closest(array)) {
         if (shape_of(array) != shape) throw_shape(array, "excluded", wanted);
         const QueryArray hits = hit_array_of(array);
         for (const Hit& hit : hits.items<Hit>()) excluded.push_back(hit.primitive());
@@ -328,10 +322,10 @@ std::optional<std::vector<Primitive>> excluded_of(const py::object& object,
 QueryArray hit_array_of(const py::object& object) {
     py::array array = array_of(object, "hits");
     if (is_closest(array)) {
-        py::array hits(hit_dtype(), shape_of(array));
+        py::array hits(dtypes().hit, shape_of(array));
         for (const char* const name : {"u", "v", "prim_id", "geom_id"}) hits[name] = array[name];
         array = hits;
-    } else if (!has_dtype(array, hit_dtype())) {
+    } else if (!has_dtype(array, dtypes().hit)) {
         throw_dtype(array, "hits", "morphray.hit_dtype or morphray.closest_dtype");
     }
     QueryArray hits{.name = "hits", .shape = shape_of(array)};

@@ -14,11 +14,12 @@ namespace morphray::python {
 namespace py = pybind11;
 
 /// The structured dtypes of arrays of Ray, Hit and ClosestPoint; `feature` of the last is a uint32.
-const py::dtype& ray_dtype();
-const py::dtype& hit_dtype();
-const py::dtype& closest_dtype();
-/// closest_dtype() with a float64 `point`, for scenes with an origin.
-const py::dtype& far_closest_dtype();
+struct Dtypes {
+    py::dtype ray, hit, closest;
+    /// `closest` with a float64 `point`, for scenes with an origin.
+    py::dtype far_closest;
+};
+const Dtypes& dtypes();
 
 /// An array, a view of what has __dlpack__, or a new array of what has __array__, a list or a
 /// tuple; an empty one has the shape (0, columns). Throws TypeError; ValueError for masked
@@ -66,7 +67,7 @@ struct QueryArray {
     }
 };
 
-/// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(): in place if
+/// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of dtypes().ray: in place if
 /// it is float32, C-contiguous and aligned, and the origin is 0; else copied, less the origin, and
 /// so are those of shape (..., 6).
 QueryArray rays_of(const py::object& rays, const Point& origin);

@@ -14,9 +14,9 @@ using Flag = std::atomic<bool>;
 
 /// "none", "sort", or the width of an image.
 Coherence coherence_of(const py::object& coherence) {
-    const char* const wanted = R"(coherence: "none", "sort" or the width of an image)";
     if (!py::isinstance<py::str>(coherence))
-        return Coherence::image(value_of<std::uint32_t>(coherence, wanted));
+        return Coherence::image(value_of<std::uint32_t>(
+            coherence, R"(coherence: "none", "sort" or the width of an image)"));
     const std::string name = py::str(coherence);
     if (name == "none") return Coherence::none();
     if (name == "sort") return Coherence::sort();
@@ -89,7 +89,7 @@ py::array trace(PyScene& scene, QueryKeywords keywords, const py::object& rays,
                 const py::object& out, const py::object& coherence) {
     keywords.coherence = coherence_of(coherence);
     return answer<Ray, Answer>(scene, keywords, rays_of(rays, scene.origin()), out,
-                               std::is_same_v<Answer, Hit> ? hit_dtype() : py::dtype::of<bool>(),
+                               std::is_same_v<Answer, Hit> ? dtypes().hit : py::dtype::of<bool>(),
                                find);
 }
 
@@ -105,7 +105,7 @@ py::object intersect_all(PyScene& scene, QueryKeywords keywords, const py::objec
              });
     const py::dtype numbers = py::dtype::of<std::int64_t>();
     py::array offsets = owning_array<std::int64_t>(numbers, std::move(all.offsets));
-    py::array hits = owning_array<Hit>(hit_dtype(), std::move(all.hits));
+    py::array hits = owning_array<Hit>(dtypes().hit, std::move(all.hits));
     py::array left_out = owning_array<std::int64_t>(numbers, std::move(all.left_out));
     return py::module_::import("morphray").attr("AllHits")(offsets, hits, left_out);
 }
@@ -133,7 +133,7 @@ py::array normals(PyScene& scene, const py::object& hits, const py::object& smoo
 
 py::array winding(PyScene& scene, QueryKeywords keywords, const py::object& points,
                   const py::object& out) {
-    scene.warn_if_open({});
+    scene.warn_if_open(FillRule::nonzero);
     return answer<Vec3, std::int32_t>(scene, keywords, query_points_of(points, scene.origin()), out,
                                       py::dtype::of<std::int32_t>(), &Scene::winding);
 }
@@ -155,7 +155,7 @@ float distance_of(const py::object& most) {
 py::array from_world(const py::array& closest, const Point& origin, const py::object& out) {
     const QueryArray queries{.name = "points",
                              .shape = {closest.shape(), closest.shape() + closest.ndim()}};
-    py::array result = results_for(queries, out, far_closest_dtype());
+    py::array result = results_for(queries, out, dtypes().far_closest);
     for (const py::handle name : closest.dtype().attr("names")) result[name] = closest[name];
     const py::module_ numpy = py::module_::import("numpy");
     const py::object is_found = numpy.attr("not_equal")(closest["prim_id"], kNoPrim);
@@ -171,9 +171,9 @@ py::array closest_points(PyScene& scene, QueryKeywords keywords, const py::objec
     const Point& origin = scene.origin();
     const bool is_far = origin != Point{};
     py::array found = answer<Vec3, ClosestPoint>(scene, keywords, query_points_of(points, origin),
-                                                 is_far ? py::none() : out, closest_dtype(),
+                                                 is_far ? py::none() : out, dtypes().closest,
                                                  &Scene::closest_points, most);
-    // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
+    // dtypes().closest ends in four bytes, not one and padding: equal answers, equal bytes.
     static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
     static_assert(std::endian::native == std::endian::little);
     for (ClosestPoint& point : std::span(static_cast<ClosestPoint*>(found.mutable_data()),

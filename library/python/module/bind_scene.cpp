@@ -183,7 +183,6 @@ py::tuple bounds(PyScene& scene) {
                           py::array_t<double>(3, box.upper.data()));
 }
 
-/// A read-only view of memory of `owner`.
 py::array view(const py::dtype& dtype, const std::vector<py::ssize_t>& shape, const void* data,
                const py::object& owner) {
     py::array array(dtype, shape, data, owner);
@@ -205,23 +204,20 @@ py::array samples_of(const py::object& self, const py::dtype& dtype,
     const py::ssize_t side = sample_side(image.samples);
     return view(dtype, {side * image.height, side * image.width}, (image.*member).data(), self);
 }
-Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& rays,
-                          std::size_t keep) {
-    Comparison result;
-    first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
-        std::shared_lock<std::shared_mutex> lock;
-        if (&first != &second) lock = second.query_lock();
-        result = compare(a, second.scene(), rays.items<Ray>(), keep, {.cancel = cancelled});
-    });
-    return result;
-}
-
 Comparison compare_any(const py::object& first, const py::object& second, const py::object& rays,
                        std::size_t keep) {
     if (py::isinstance<PyScene>(first) && py::isinstance<PyScene>(second)) {
         if (rays.is_none()) throw py::type_error("compare: two scenes need rays to compare");
-        PyScene& scene = first.cast<PyScene&>();
-        return compare_scenes(scene, second.cast<PyScene&>(), rays_of(rays, scene.origin()), keep);
+        auto& a = first.cast<PyScene&>();
+        auto& b = second.cast<PyScene&>();
+        const QueryArray array = rays_of(rays, a.origin());
+        Comparison result;
+        a.query(array.count, nullptr, [&](const Scene& scene, const std::atomic<bool>* cancelled) {
+            std::shared_lock<std::shared_mutex> lock;
+            if (&a != &b) lock = b.query_lock();
+            result = compare(scene, b.scene(), array.items<Ray>(), keep, {.cancel = cancelled});
+        });
+        return result;
     }
     if (py::isinstance<Image>(first) && py::isinstance<Image>(second)) {
         if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
@@ -235,7 +231,9 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
 
 py::array differences_of(const Comparison& comparison) {
     const std::vector<std::pair<const char*, py::dtype>> fields = {
-        {"index", py::dtype::of<std::uint64_t>()}, {"first", hit_dtype()}, {"second", hit_dtype()}};
+        {"index", py::dtype::of<std::uint64_t>()},
+        {"first", dtypes().hit},
+        {"second", dtypes().hit}};
     const py::object dtype = py::module_::import("numpy").attr("dtype")(fields);
     py::array array(py::reinterpret_borrow<py::dtype>(dtype),
                     static_cast<py::ssize_t>(comparison.differences.size()));
@@ -257,7 +255,7 @@ pickled, the image cannot.)")
                                "(height, width, 4) uint8: red, green, blue, alpha, in sRGB.")
         .def_property_readonly(
             "hits",
-            [](const py::object& self) { return samples_of(self, hit_dtype(), &Image::hits); },
+            [](const py::object& self) { return samples_of(self, dtypes().hit, &Image::hits); },
             R"((height, width) of hit_dtype: the hit of each camera ray.
 
 t is the depth along the viewing direction. Several samples a pixel are a square of elements.)")

@@ -15,12 +15,10 @@ namespace {
 
 using py::arg;
 
-/// Never freed: the interpreter may end before static objects do.
-const py::dtype& new_dtype(const std::string& fields) {
-    const py::object dtype = py::module_::import("numpy").attr("dtype")(py::eval(fields));
-    return *new py::dtype(py::reinterpret_borrow<py::dtype>(dtype));
+py::dtype new_dtype(const std::string& fields) {
+    return py::module_::import("numpy").attr("dtype")(py::eval(fields));
 }
-const py::dtype& new_closest_dtype(const std::string& number) {
+py::dtype new_closest_dtype(const std::string& number) {
     return new_dtype("[('point', '" + number +
                      "', (3,)), ('distance', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), "
                      "('geom_id', 'u4'), ('feature', 'u4')]");
@@ -129,23 +127,13 @@ it covers.)")
 
 }  // namespace
 
-const py::dtype& ray_dtype() {
-    static const py::dtype& dtype =
-        new_dtype("[('org', 'f4', (3,)), ('tnear', 'f4'), ('dir', 'f4', (3,)), ('tfar', 'f4')]");
-    return dtype;
-}
-const py::dtype& hit_dtype() {
-    static const py::dtype& dtype =
-        new_dtype("[('t', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), ('geom_id', 'u4')]");
-    return dtype;
-}
-const py::dtype& closest_dtype() {
-    static const py::dtype& dtype = new_closest_dtype("f4");
-    return dtype;
-}
-const py::dtype& far_closest_dtype() {
-    static const py::dtype& dtype = new_closest_dtype("f8");
-    return dtype;
+const Dtypes& dtypes() {
+    // Never freed: the interpreter may end before static objects do.
+    static const Dtypes& all = *new Dtypes{
+        new_dtype("[('org', 'f4', (3,)), ('tnear', 'f4'), ('dir', 'f4', (3,)), ('tfar', 'f4')]"),
+        new_dtype("[('t', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), ('geom_id', 'u4')]"),
+        new_closest_dtype("f4"), new_closest_dtype("f8")};
+    return all;
 }
 
 void throw_choice(const std::string& argument, const std::string& value,
@@ -169,9 +157,9 @@ PYBIND11_MODULE(_morphray, module) {
     module.attr("__version__") = morphray::version();
     module.attr("INVALID_ID") = morphray::kNoPrim;
     module.attr("DIGEST") = morphray::kDigest;
-    module.attr("ray_dtype") = ray_dtype();
-    module.attr("hit_dtype") = hit_dtype();
-    module.attr("closest_dtype") = closest_dtype();
+    module.attr("ray_dtype") = dtypes().ray;
+    module.attr("hit_dtype") = dtypes().hit;
+    module.attr("closest_dtype") = dtypes().closest;
     bind_errors(module);
     bind_devices(module);
     bind_scene(module);

@@ -109,19 +109,16 @@ PyScene::PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
     warn_of_points(scene_->last_update());
 }
 
-void PyScene::warn_if_open(std::optional<FillRule> rule) {
-    auto& [is_nonzero_checked, is_odd_checked] = has_checked_edges_;
-    if (!rule && is_odd_checked) return;
-    const FillRule by = rule.value_or(FillRule::nonzero);
-    if ((by == FillRule::odd ? is_odd_checked : is_nonzero_checked).exchange(true)) return;
+void PyScene::warn_if_open(FillRule rule) {
+    if (has_checked_edges_[static_cast<std::size_t>(rule)].exchange(true)) return;
     const EdgeCounts edges = read([](const Scene& scene) { return scene.edge_counts(); });
-    if (edges.is_closed(by) && edges.twins == 0) return;
+    if (edges.is_closed(rule) && edges.twins == 0) return;
     warn(fmt::format(
         "edges: {} open, {} of more than two triangles, {} turned{}; insides and signs of "
         "distances need closed meshes{}",
         edges.open, edges.shared, edges.turned,
         edges.twins == 0 ? "" : fmt::format(", {} twins", edges.twins),
-        by == FillRule::nonzero && edges.is_closed(FillRule::odd) && edges.twins == 0
+        rule == FillRule::nonzero && edges.is_closed(FillRule::odd) && edges.twins == 0
             ? R"(; rule="odd" is right where triangles are only turned)"
             : ""));
 }

@@ -64,9 +64,8 @@ public:
         return work(*scene_);
     }
     std::unique_ptr<PyScene> on(const Device& device);
-    /// Warns once if inside by the rule is not that of a solid; without one only if none has been
-    /// asked for.
-    void warn_if_open(std::optional<FillRule> rule);
+    /// Warns once if inside by the rule is not that of a solid.
+    void warn_if_open(FillRule rule);
 
     /// Held by queries. Throws Error(busy) during a change.
     std::shared_lock<std::shared_mutex> query_lock();

@@ -47,7 +47,6 @@ public:
     std::vector<LeftOut> left_out(const MeshList& meshes) const;
 
 private:
-    /// The positions of a mesh in world space.
     struct KeptPositions {
         std::vector<mray::vec3> world;
         bool any_left_out = false;
