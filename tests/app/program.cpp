@@ -164,6 +164,11 @@ Outcome run(const Words& arguments, const Surroundings& surroundings) {
     return Started(arguments, surroundings).wait();
 }
 
+nlohmann::json json_of(const Outcome& outcome) {
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+}
+
 Words lines(const std::string& text) {
     std::istringstream in(text);
     Words result;

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct Surroundings {
 
 /// Runs to the end; a run of more than 300 s is killed and fails the test.
 Outcome run(const Words& arguments, const Surroundings& surroundings = {});
+
+/// The report on stdout of a run that has to end with 0.
+nlohmann::json json_of(const Outcome& outcome);
 
 /// A run in progress.
 class Started {

@@ -61,10 +61,8 @@ TEST(Frames, TreeIsNotBuiltOutsideTheAnimation) {
 }
 
 TEST(Profile, MeasuresEveryFrame) {
-    const Outcome outcome = run({"profile", "builtin:cloth:500", "--backend", "cpu", "--size",
-                                 "16x16", "--repeat", "2", "--json", "-"});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    const Json json = Json::parse(outcome.out);
+    const Json json = json_of(run({"profile", "builtin:cloth:500", "--backend", "cpu", "--size",
+                                   "16x16", "--repeat", "2", "--json", "-"}));
     EXPECT_EQ(json["command"], "profile");
     EXPECT_EQ(json["repeat"], 2);
     ASSERT_EQ(json["frames"].size(), 4u);
@@ -101,9 +99,7 @@ TEST(Info, CountsTrianglesAndVertices) {
     TemporaryFolder folder;
     const std::string scene =
         folder.write("s.obj", square_at(2) + "v 9 9 9\nf 1 2 2\nf 5 5 5\nf 1 2 5\n");
-    const Outcome outcome = run({"info", scene, "--bvh", "--json", "-"});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    const Json json = Json::parse(outcome.out);
+    const Json json = json_of(run({"info", scene, "--bvh", "--json", "-"}));
     EXPECT_EQ(json["triangles"], 5);
     EXPECT_EQ(json["vertices"], 5);
     EXPECT_EQ(json["zero_area"], 2);
@@ -142,9 +138,7 @@ Words compare(const Words& more) {
 }
 
 TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
-    const Outcome outcome = run(compare({"--json", "-"}));
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    const Json report = Json::parse(outcome.out);
+    const Json report = json_of(run(compare({"--json", "-"})));
     EXPECT_EQ(report["command"], "profile");
     for (const char* const key : {"machine", "version", "devices"})
         EXPECT_TRUE(report["environment"].contains(key)) << key;
@@ -198,11 +192,9 @@ TEST(ProfilePolicies, TextHasTheFiguresOfAllRoundsAndCsvEveryFrame) {
 }
 
 TEST(ProfilePolicies, ThatDoTheSameAreOneRow) {
-    const Outcome outcome = run(words(
+    const Json policies = json_of(run(words(
         "profile builtin:orbits:600 --policies refit,rebuild,every:100 --backend cpu --size 16x16 "
-        "--frames 0..4 --repeat 1 --json -"));
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    const Json policies = Json::parse(outcome.out)["policies"];
+        "--frames 0..4 --repeat 1 --json -")))["policies"];
     ASSERT_EQ(policies.size(), 2u);
     EXPECT_EQ(policies[0]["policy"], "refit, every:100");
     EXPECT_EQ(policies[1]["policy"], "rebuild");

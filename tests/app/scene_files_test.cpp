@@ -115,12 +115,12 @@ TEST(MalformedFiles, ADamagedTextureRefusesLitImagesAlone) {
 }
 
 /// A triangle that moves 24 to the right in two seconds, and one that stays.
-std::string moving_glb() {
+GltfBuilder moving_gltf() {
     GltfBuilder builder = triangle_file();
     builder.add_animation(0, "translation", {0, 2},
                           builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
     builder.json["animations"][0]["name"] = "slide";
-    return builder.glb();
+    return builder;
 }
 
 Outcome render(const std::string& scene, const TemporaryFolder& folder, Words more) {
@@ -137,7 +137,7 @@ std::string trace(const std::string& scene, int x, Words more) {
 
 TEST(GltfProgram, FramesAreSecondsTimesFps) {
     const TemporaryFolder folder;
-    const std::string scene = folder.write("a.glb", moving_glb());
+    const std::string scene = folder.write("a.glb", moving_gltf().glb());
     const std::string hit = "H 1 0 0.25 0.25\n";
     EXPECT_EQ(trace(scene, 0, {}), hit);
     EXPECT_EQ(trace(scene, 6, {"--frame", "12"}), hit);
@@ -148,17 +148,14 @@ TEST(GltfProgram, FramesAreSecondsTimesFps) {
 
 TEST(GltfProgram, InfoShowsTheTime) {
     const TemporaryFolder folder;
-    const std::string scene = folder.write("a.glb", moving_glb());
+    const std::string scene = folder.write("a.glb", moving_gltf().glb());
     EXPECT_TRUE(has(run({"info", scene}).out, "frames          0 to 48 (2 s, 24 a second)\n"));
     EXPECT_EQ(Json::parse(run({"info", scene, "--json", "-", "--fps", "30"}).out)["fps"], 30);
 }
 
 TEST(GltfProgram, InfoListsTheAnimations) {
     const TemporaryFolder folder;
-    GltfBuilder builder = triangle_file();
-    builder.add_animation(0, "translation", {0, 2},
-                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
-    builder.json["animations"][0]["name"] = "slide";
+    GltfBuilder builder = moving_gltf();
     builder.add_animation(0, "scale", {0, 0.5f},
                           builder.add_accessor<float>({1, 1, 1, 2, 2, 2}, "VEC3"));
     const std::string scene = folder.write("a.glb", builder.glb());
@@ -176,14 +173,15 @@ TEST(GltfProgram, InfoListsTheAnimations) {
 
 TEST(GltfProgram, AnUnknownAnimationIsAUsageError) {
     const TemporaryFolder folder;
-    const Outcome outcome = run({"info", folder.write("b.glb", moving_glb()), "--animation", "x"});
+    const Outcome outcome =
+        run({"info", folder.write("b.glb", moving_gltf().glb()), "--animation", "x"});
     EXPECT_EQ(outcome.code, 2);
     EXPECT_TRUE(has(outcome.err, "choose one of 0 'slide'"));
 }
 
 TEST(GltfProgram, TheCommandInAnImageRendersItAgain) {
     const TemporaryFolder folder;
-    const std::string scene = folder.write("a.glb", moving_glb());
+    const std::string scene = folder.write("a.glb", moving_gltf().glb());
     EXPECT_EQ(
         render(scene, folder, {"--animation", "slide", "--fps", "10", "--frames", "5.5"}).code, 0);
     const std::filesystem::path image = folder.path() / "out/frame_0005.5.png";

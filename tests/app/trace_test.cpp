@@ -148,23 +148,6 @@ TEST(Trace, TrianglesThatAreNotFiniteAreWarnedAboutAndNeverHit) {
     EXPECT_TRUE(has(outcome.err, "2 of 3 triangles are not finite"));
 }
 
-TEST(Trace, FrameOfASequenceIsChosen) {
-    TemporaryFolder folder;
-    folder.write("s/f_0.obj", square_at(0));
-    folder.write("s/f_1.obj", square_at(10));
-    const std::string rays = "0 0 5 0 0 -1\n5 0 5 0 0 -1\n10 0 5 0 0 -1\n";
-    const std::string command = "trace " + folder.file("s") + " --rays - --out -";
-    const auto hits = [&](const Words& more) {
-        std::string kinds;
-        for (const std::string& line : lines(run(words(command, more), {.input = rays}).out))
-            kinds += line[0];
-        return kinds;
-    };
-    EXPECT_EQ(hits({}), "HMM");
-    EXPECT_EQ(hits({"--frames", "0.5"}), "MHM");
-    EXPECT_EQ(hits({"--frames", "1"}), "MMH");
-}
-
 TEST(Trace, AllHitsOfARayFollowItsCount) {
     const std::string rays = "0.5 0.25 3 0 0 -1\n9 9 9 0 0 -1\n0.5 0.25 3 0 0 -4\n";
     for (const char* backend : {"cpu", "brute"}) {

@@ -19,10 +19,9 @@ using Variants = std::set<std::string>;
 
 /// The scene in the report of a cross-check that finds these variants equal in three frames.
 Json crosscheck(const std::string& more, const Variants& expected) {
-    const Outcome outcome = run(words(
-        "crosscheck builtin:cloth:400 --size 24x24 --frames 0..24:12 --json - --validate " + more));
-    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
-    const Json scene = Json::parse(outcome.out)["scenes"][0];
+    const Json scene = json_of(run(
+        words("crosscheck builtin:cloth:400 --size 24x24 --frames 0..24:12 --json - --validate " +
+              more)))["scenes"][0];
     Variants variants;
     for (const Json& row : scene["rows"]) variants.insert(row["variant"]);
     EXPECT_EQ(variants, expected);

@@ -130,15 +130,19 @@ inline void expect_visible_hits_on(const morphray::Device& device, std::size_t r
     EXPECT_GT(hit_count, ray_count / 2);
 }
 
-/// Rays that leave out the first triangle that they hit have the answers of brute force in a scene
-/// without that triangle.
+/// Rays that leave out the first triangle that they hit, or its mesh, have the answers of brute
+/// force in a scene without it.
 inline void expect_excluded_on(const morphray::Device& device, std::size_t ray_count) {
-    UserMesh mesh(star(3, 4));
+    const UserMesh mesh(star(3, 4));
+    UserMesh turned_over = mesh;
+    for (morphray::Vec3& p : turned_over.points) p = {p.y, -p.x, p.z};
+    const std::vector<UserMesh> meshes = {mesh, turned_over, mesh};
     const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
-    const morphray::Scene scene = morphray::Scene::build(mesh.view(), device, options);
+    const morphray::Scene scene = morphray::Scene::build(views_of(meshes), device, options);
     const std::vector<morphray::Ray> rays = world_rays(mesh, ray_count, 7);
     std::vector<morphray::Primitive> excluded;
     for (const morphray::Ray& ray : rays) excluded.push_back(scene.intersect(ray).primitive());
+    for (std::size_t i = 0; i < rays.size(); i += 3) excluded[i].prim_id = morphray::kNoPrim;
     const morphray::QueryOptions options_of_rays{.excluded = excluded};
     std::vector<morphray::Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(rays.size());
@@ -149,13 +153,17 @@ inline void expect_excluded_on(const morphray::Device& device, std::size_t ray_c
     const morphray::AllHits all = scene.intersect_all(rays, {.max_hits = 2}, options_of_rays);
     std::size_t hit_count = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        UserMesh rest = mesh;
-        if (excluded[i].prim_id != morphray::kNoPrim) {
-            const std::size_t corner = std::size_t{3} * excluded[i].prim_id;
-            rest.triangles[corner + 1] = rest.triangles[corner + 2] = rest.triangles[corner];
+        std::vector<UserMesh> rest = meshes;
+        const auto [prim_id, geom_id] = excluded[i];
+        if (prim_id != morphray::kNoPrim) {
+            std::vector<std::uint32_t>& triangles = rest[geom_id].triangles;
+            const std::size_t corner = std::size_t{3} * prim_id;
+            triangles[corner + 1] = triangles[corner + 2] = triangles[corner];
+        } else if (geom_id != morphray::kNoGeometry) {
+            rest[geom_id].triangles.clear();
         }
         const morphray::Scene brute =
-            morphray::Scene::build(rest.view(), morphray::Device::brute_force(), options);
+            morphray::Scene::build(views_of(rest), morphray::Device::brute_force(), options);
         const morphray::Hit expected = brute.intersect(rays[i]);
         EXPECT_EQ(hits[i], expected);
         EXPECT_EQ(occluded[i] != 0, static_cast<bool>(expected));
@@ -184,9 +192,7 @@ inline void expect_filtered_points_on(const morphray::Device& device, std::size_
     }
     const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
     const auto scene_of = [&](const std::vector<UserMesh>& of, const morphray::Device& on) {
-        std::vector<morphray::MeshView> views;
-        for (const UserMesh& mesh : of) views.push_back(mesh.view());
-        return morphray::Scene::build(views, on, options);
+        return morphray::Scene::build(views_of(of), on, options);
     };
     morphray::Scene scene = scene_of(meshes, device);
     for (const morphray::Transform& pose : {turned(0, 1, 0), turned(0.5, -0.9, 0.4)}) {

@@ -56,15 +56,21 @@ std::size_t solve(Equations rows, std::size_t columns, std::vector<Rational>& so
     return rank;
 }
 
+RationalPoint rational(const vec3& p) {
+    const auto of = [](float x) { return Rational(static_cast<double>(x)); };
+    return {of(p.x), of(p.y), of(p.z)};
+}
+
 /// The corners of what two triangles have in common: as weights (u, v) of each, where as many
 /// weights are at a bound as leave one solution.
-std::vector<RationalPoint> common_corners(const Triangle& a, const Triangle& b) {
+std::vector<RationalPoint> common_corners(const Triangle& first, const Triangle& second) {
+    RationalPoint a[3], b[3];
+    std::ranges::transform(first, a, rational);
+    std::ranges::transform(second, b, rational);
     Equations equal;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto of = [axis](const vec3& p) { return Rational(static_cast<double>(p[axis])); };
-        equal.push_back({of(a[1]) - of(a[0]), of(a[2]) - of(a[0]), of(b[0]) - of(b[1]),
-                         of(b[0]) - of(b[2]), of(b[0]) - of(a[0])});
-    }
+    for (std::size_t x = 0; x < 3; ++x)
+        equal.push_back({a[1][x] - a[0][x], a[2][x] - a[0][x], b[0][x] - b[1][x], b[0][x] - b[2][x],
+                         b[0][x] - a[0][x]});
     const Equations bounds = {{1, 0, 0, 0, 0}, {0, 1, 0, 0, 0}, {1, 1, 0, 0, 1},
                               {0, 0, 1, 0, 0}, {0, 0, 0, 1, 0}, {0, 0, 1, 1, 1}};
     std::vector<Rational> weights;
@@ -82,13 +88,9 @@ std::vector<RationalPoint> common_corners(const Triangle& a, const Triangle& b) 
         if (std::ranges::any_of(weights, [](const Rational& w) { return w < 0; })) continue;
         if (weights[0] + weights[1] > 1 || weights[2] + weights[3] > 1) continue;
         RationalPoint corner;
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto of = [axis](const vec3& p) {
-                return Rational(static_cast<double>(p[axis]));
-            };
-            corner[static_cast<std::size_t>(axis)] =
-                of(a[0]) + weights[0] * (of(a[1]) - of(a[0])) + weights[1] * (of(a[2]) - of(a[0]));
-        }
+        for (std::size_t x = 0; x < 3; ++x)
+            corner[x] =
+                a[0][x] + weights[0] * (a[1][x] - a[0][x]) + weights[1] * (a[2][x] - a[0][x]);
         corners.push_back(corner);
     }
     return corners;
@@ -110,10 +112,7 @@ bool referee_crosses(const Triangle& a, const Triangle& b) {
     if (corners.empty()) return false;
     std::vector<RationalPoint> shared;
     for (const vec3& p : a)
-        if (std::ranges::count(b, p) > 0)
-            shared.push_back({Rational(static_cast<double>(p.x)),
-                              Rational(static_cast<double>(p.y)),
-                              Rational(static_cast<double>(p.z))});
+        if (std::ranges::count(b, p) > 0) shared.push_back(rational(p));
     RationalPoint middle = {0, 0, 0};
     for (const RationalPoint& corner : corners)
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -216,21 +215,17 @@ std::vector<CrossingPair> every_crossing(const std::vector<UserMesh>& meshes) {
 }
 
 Scene scene_of(const std::vector<UserMesh>& meshes, const Device& device = Device::cpu()) {
-    std::vector<morphray::MeshView> views;
-    for (const UserMesh& mesh : meshes) views.push_back(mesh.view());
-    return Scene::build(views, device);
+    return Scene::build(views_of(meshes), device);
 }
 
 TEST(Crossings, OfScenesAreThoseOfAllPairs) {
-    std::vector<std::string> targets = morphray::simd_targets();
-    targets.push_back("off");
     std::size_t found = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const std::vector<UserMesh> meshes = {UserMesh(named.scene)};
         if (meshes[0].triangles.size() > 3 * 250) continue;
         const std::vector<CrossingPair> expected = every_crossing(meshes);
         found += expected.size();
-        for (const std::string& simd : targets) {
+        for (const std::string& simd : all_simd()) {
             const Scene scene = scene_of(meshes, Device::cpu({.threads = 2, .simd = simd}));
             const Crossings crossings = scene.crossings();
             EXPECT_EQ(crossings.pairs == expected, true)

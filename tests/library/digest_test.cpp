@@ -7,7 +7,7 @@
 
 #include "cpu/cpu_backend.h"
 #include "library/src/device_impl.h"
-#include "morphray/morphray.hpp"
+#include "tests/library/scenes.h"
 
 namespace mray::test {
 namespace {
@@ -16,9 +16,7 @@ using morphray::Device;
 
 TEST(Digest, IsTheDocumentedNumberOnAnyInstructionSetAndNumberOfThreads) {
     EXPECT_EQ(morphray::kDigest, 0x9FB61E2C84283B2Du);
-    std::vector<std::string> targets = morphray::simd_targets();
-    targets.emplace_back("off");
-    for (const std::string& simd : targets) {
+    for (const std::string& simd : all_simd()) {
         for (const int threads : {1, 2}) {
             const Device device = Device::cpu({.threads = threads, .simd = simd});
             EXPECT_EQ(morphray::digest(device), morphray::kDigest) << device.description();

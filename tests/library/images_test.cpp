@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <string>
 #include <thread>
@@ -87,25 +88,21 @@ TEST(Shading, SeveralMeshesKeepTheirOwnNormals) {
 TEST(Shading, TracesTheRaysOfPlainImages) {
     UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(smooth_view(mesh));
-    const Scene brute = scene.on(Device::brute_force());
-    const Scene scalar = scene.on(Device::cpu({.threads = 1, .simd = "off"}));
-    for (const Scene* device : {&scene, &brute, &scalar}) {
-        View lit = view_of(Shading::lit, 1);
-        // Smooth surfaces have shadows of their own.
-        lit.flat = true;
-        View plain = view_of(Shading::plain, 1);
-        const Image both = device->render(lit);
-        lit.ao_count = 0;
-        const Image shadowed = device->render(lit);
-        plain.rays = morphray::Rays::shadow;
-        const Image shadows = device->render(plain);
-        EXPECT_EQ(shadowed.hits_hash, shadows.hits_hash);
-        EXPECT_EQ(shadowed.ray_count, shadows.ray_count);
-        plain.rays = morphray::Rays::ao;
-        const Image sky = device->render(plain);
-        for (std::size_t i = 0; i < sky.occlusion.size(); ++i)
-            EXPECT_EQ(both.occlusion[i], shadows.occlusion[i] + sky.occlusion[i]) << i;
-    }
+    View lit = view_of(Shading::lit, 1);
+    // Smooth surfaces have shadows of their own.
+    lit.flat = true;
+    View plain = view_of(Shading::plain, 1);
+    const Image both = scene.render(lit);
+    lit.ao_count = 0;
+    const Image shadowed = scene.render(lit);
+    plain.rays = morphray::Rays::shadow;
+    const Image shadows = scene.render(plain);
+    EXPECT_EQ(shadowed.hits_hash, shadows.hits_hash);
+    EXPECT_EQ(shadowed.ray_count, shadows.ray_count);
+    plain.rays = morphray::Rays::ao;
+    const Image sky = scene.render(plain);
+    for (std::size_t i = 0; i < sky.occlusion.size(); ++i)
+        EXPECT_EQ(both.occlusion[i], shadows.occlusion[i] + sky.occlusion[i]) << i;
 }
 
 TEST(Shading, RefusesWhatItCannotDo) {
@@ -303,15 +300,10 @@ TEST(Holes, HalfOfATextureIsHalfOfAMesh) {
 TEST(Holes, AreTheSameOnEveryDeviceOfTheCpu) {
     const RandomLeaves leaves;
     const Scene scene = build(leaves.views());
-    const std::vector<Scene> others = [&] {
-        std::vector<Scene> all;
-        all.push_back(scene.on(Device::brute_force()));
-        std::vector<std::string> targets = morphray::simd_targets();
-        targets.push_back("off");
-        for (const std::string& simd : targets)
-            all.push_back(scene.on(Device::cpu({.threads = 1, .simd = simd})));
-        return all;
-    }();
+    std::vector<Scene> others;
+    others.push_back(scene.on(Device::brute_force()));
+    for (const std::string& simd : all_simd())
+        others.push_back(scene.on(Device::cpu({.threads = 1, .simd = simd})));
     for (const View& view : views()) {
         const Image image = scene.render(view);
         for (const Scene& other : others)
@@ -403,17 +395,20 @@ TEST(SceneBuild, IsCancelled) {
     EXPECT_EQ(error_of([&] { scene.update(); }), "cancelled");
     // It is of no use any more.
     cancel = false;
-    EXPECT_EQ(error_of([&] { scene.update(); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.render({.width = 8, .height = 8}); }), "cancelled");
     const Ray ray{.org = {0, 0, 5}, .dir = {0, 0, -1}};
-    EXPECT_EQ(error_of([&] { scene.intersect(ray); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.intersect(ray, Hit{.t = 1, .prim_id = 0, .geom_id = 0}); }),
-              "cancelled");
-    EXPECT_EQ(error_of([&] { scene.intersect_all({&ray, 1}); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.occluded(ray); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.tree_statistics(); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.tree_boxes(0); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.update_with_new_bounds(); }), "cancelled");
+    const Hit hit{.t = 1, .prim_id = 0, .geom_id = 0};
+    const std::function<void()> calls[] = {[&] { scene.update(); },
+                                           [&] { scene.render({.width = 8, .height = 8}); },
+                                           [&] { scene.intersect(ray); },
+                                           [&] { scene.intersect(ray, hit); },
+                                           [&] { scene.occluded(ray); },
+                                           [&] {
+                                               scene.intersect_all({&ray, 1});
+                                           },
+                                           [&] { scene.tree_statistics(); },
+                                           [&] { scene.tree_boxes(0); },
+                                           [&] { scene.update_with_new_bounds(); }};
+    for (const std::function<void()>& call : calls) EXPECT_EQ(error_of(call), "cancelled");
 }
 
 TEST(TreeBoxes, CoverTheSceneAtEachDepth) {

@@ -25,7 +25,6 @@ using morphray::ClosestPoint;
 using morphray::Coherence;
 using morphray::Crossing;
 using morphray::Device;
-using morphray::Feature;
 using morphray::FillRule;
 using morphray::Hit;
 using morphray::Ray;
@@ -35,56 +34,6 @@ using morphray::Vec3;
 constexpr std::size_t kRays = 2000;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-TEST(Queries, EqualBruteForceOnHardMeshes) {
-    std::size_t hits = 0;
-    for (const NamedScene& named : adversarial_scenes()) {
-        const UserMesh mesh(named.scene);
-        const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 3);
-        const Scene brute = Scene::build(mesh.view(), Device::brute_force());
-        const std::vector<morphray::Hit> expected = hits_of(brute, rays);
-        hits += count_hits(expected);
-        expect_same_hits(hits_of(Scene::build(mesh.view()), rays), expected, named.name);
-    }
-    EXPECT_GT(hits, 5000u);
-}
-
-/// Rays of images, whose sides and lengths are of all kinds, are traced in packets where they can.
-TEST(Queries, OfImagesEqualBruteForce) {
-    Random random(21);
-    std::size_t hit_count = 0;
-    for (const UserMesh& mesh : {UserMesh(torus(40, 20)), UserMesh(random_soup(500, 0.3, 5))}) {
-        const Scene scene = Scene::build(mesh.view());
-        const Scene brute = scene.on(Device::brute_force());
-        const std::pair<int, int> sizes[] = {{3, 50},   {8, 9},   {16, 16}, {17, 40},
-                                             {100, 75}, {64, 64}, {130, 20}};
-        for (const auto& [width, height] : sizes) {
-            std::vector<morphray::Ray> rays;
-            const float turn = static_cast<float>(random.real(-0.3, 0.3));
-            const int kind = static_cast<int>(random.below(4));
-            for (int i = 0; i < width * height + 5; ++i) {
-                const float x = (static_cast<float>(i % width) + 0.5f) / 80 - 0.6f;
-                const float y = (static_cast<float>(i / width) + 0.5f) / 80 - 0.4f;
-                const float length = kind == 1 ? static_cast<float>(random.real(0.2, 7)) : 1.0f;
-                rays.push_back(
-                    {.org = {0.3f, 0.2f, 3},
-                     .dir = {length * (x + turn * y), length * (y - turn * x), -length}});
-                // Some that are no rays of the image.
-                if (kind == 2 && random.below(1000) == 0) rays.back().tfar = 2.5f;
-                if (kind == 3 && random.below(1000) == 0) rays.back().dir = {1, 0, 0};
-            }
-            const std::vector<morphray::Hit> expected = hits_of(brute, rays);
-            const auto coherence = morphray::Coherence::image(static_cast<std::size_t>(width));
-            expect_same_hits(hits_of(scene, rays, coherence), expected, std::to_string(width));
-            hit_count += count_hits(expected);
-            std::vector<std::uint8_t> occluded(rays.size());
-            scene.occluded(rays, std::span<std::uint8_t>(occluded), {coherence});
-            for (std::size_t i = 0; i < rays.size(); ++i)
-                ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;
-        }
-    }
-    EXPECT_GT(hit_count, 3000u);
-}
 
 TEST(Queries, HitPointsAreOnTheTrianglesOfTheCaller) {
     const UserMesh mesh(torus(30, 20));
@@ -210,33 +159,22 @@ TEST(Queries, TrianglesWithoutAreaAreHitOnlyIfTheirCornersDiffer) {
     }
 }
 
-TEST(Compare, NamesTheFirstHitsThatDiffer) {
-    UserMesh mesh(icosphere(2));
-    const Scene scene = Scene::build(mesh.view());
-    UserMesh other = mesh;
-    for (morphray::Vec3& p : other.points) p.z *= 0.5f;
-    const Scene changed = Scene::build(other.view());
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 9);
-    EXPECT_TRUE(morphray::compare(scene, scene, rays).equal());
-    const morphray::Comparison comparison = morphray::compare(scene, changed, rays, 3);
-    EXPECT_FALSE(comparison.equal());
-    EXPECT_EQ(comparison.compared, 500u);
-    EXPECT_EQ(comparison.differences.size(), 3u);
-    EXPECT_NE(morphray::describe(comparison).find(" of 500 differ\n"), std::string::npos);
-    EXPECT_EQ(comparison.differences[0].first,
-              scene.intersect(rays[comparison.differences[0].index]));
-}
-
 constexpr std::size_t kMany = 20000;
 
-std::vector<Ray> camera_rays() {
+/// Rays of an image and a few more, which are traced in packets where they can. In bands of its
+/// rows their lengths differ, and some are no rays of the image.
+std::vector<Ray> camera_rays(int width, int height) {
+    Random random(21);
     std::vector<Ray> rays;
-    for (int y = 0; y < 100; ++y) {
-        for (int x = 0; x < 200; ++x) {
-            rays.push_back(
-                {.org = {0.3f, 0.2f, 3},
-                 .dir = {static_cast<float>(x) / 100 - 1, static_cast<float>(y) / 100, -1}});
-        }
+    for (int i = 0; i < width * height + 5; ++i) {
+        const float x = 2 * static_cast<float>(i % width) / static_cast<float>(width) - 1;
+        const float y = static_cast<float>(i / width) / static_cast<float>(height) - 0.5f;
+        const int band = i / width * 8 / height % 4;
+        const float length = band == 1 ? static_cast<float>(random.real(0.2, 7)) : 1.0f;
+        rays.push_back({.org = {0.3f, 0.2f, 3},
+                        .dir = {length * (x + 0.2f * y), length * (y - 0.2f * x), -length}});
+        if (band == 2 && random.below(500) == 0) rays.back().tfar = 2.5f;
+        if (band == 3 && random.below(500) == 0) rays.back().dir = {1, 0, 0};
     }
     return rays;
 }
@@ -258,10 +196,10 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
     std::vector<Ray> any_rays = world_rays(mesh, kMany, 7);
     make_hostile(any_rays);
     const Scene reference = Scene::build(mesh.view());
-    std::vector<std::string> targets = morphray::simd_targets();
-    targets.push_back("off");
     constexpr std::size_t kHuge = std::numeric_limits<std::size_t>::max();
-    for (const std::vector<Ray>& rays : {any_rays, camera_rays()}) {
+    for (const auto& [rays, width] : {std::pair(any_rays, std::size_t{200}),
+                                      {camera_rays(203, 101), 203},
+                                      {camera_rays(3, 2400), 3}}) {
         std::vector<morphray::Hit> expected;
         std::vector<std::uint64_t> expected_counts(rays.size());
         for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -269,8 +207,8 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
             reference.count(std::span(rays).subspan(i, 1),
                             std::span(expected_counts).subspan(i, 1));
         }
-        EXPECT_GT(count_hits(expected), kMany / 50);
-        for (const std::string& simd : targets) {
+        EXPECT_GT(count_hits(expected), kMany / 50) << width;
+        for (const std::string& simd : all_simd()) {
             const Scene scene =
                 Scene::build(mesh.view(), Device::cpu({.threads = 3, .simd = simd}));
             // Few rays are traced one by one, more of them in streams.
@@ -290,7 +228,7 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
             }
             for (const Coherence coherence :
                  {Coherence::none(), Coherence::sort(), Coherence::image(0), Coherence::image(9),
-                  Coherence::image(200), Coherence::image(kHuge)}) {
+                  Coherence::image(width), Coherence::image(kHuge)}) {
                 expect_same_hits(hits_of(scene, rays, coherence), expected, simd);
                 std::vector<morphray::Hit> hits(rays.size());
                 scene.intersect(rays, hits, {coherence, morphray::Threads::calling});
@@ -342,43 +280,6 @@ UserMesh cube(Vec3 centre = {}, bool is_turned = false, float half = 1) {
     return mesh;
 }
 
-TEST(AllHits, AreInOrderAndThoseOfTheCursorAndSayHowManyAreLeftOut) {
-    const UserMesh mesh(star(3, 4));
-    const Scene scene = Scene::build(mesh.view());
-    const std::vector<Ray> rays = world_rays(mesh, 500, 6);
-    for (const Crossing crossing : {Crossing::once, Crossing::each, Crossing::owner}) {
-        const AllHits all = scene.intersect_all(rays, {.crossing = crossing});
-        ASSERT_EQ(all.ray_count(), rays.size());
-        std::vector<std::uint64_t> counts(rays.size());
-        scene.count(rays, counts, crossing);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            EXPECT_EQ(counts[i], all.of_ray(i).size());
-            EXPECT_EQ(all.left_out[i], 0u);
-            std::vector<Hit> stepped;
-            // Before all hits: a cursor that is no hit.
-            for (Hit hit =
-                     scene.intersect(rays[i], Hit{.t = -1, .prim_id = 0, .geom_id = 0}, crossing);
-                 hit; hit = scene.intersect(rays[i], hit, crossing))
-                stepped.push_back(hit);
-            EXPECT_TRUE(std::ranges::equal(stepped, all.of_ray(i)));
-            if (crossing != Crossing::owner) {
-                const Hit first = stepped.empty() ? Hit{} : stepped.front();
-                EXPECT_EQ(first, scene.intersect(rays[i]));
-            }
-        }
-        for (const std::uint32_t most : {0u, 1u, 2u}) {
-            const AllHits some =
-                scene.intersect_all(rays, {.crossing = crossing, .max_hits = most});
-            for (std::size_t i = 0; i < rays.size(); ++i) {
-                const auto hits = all.of_ray(i);
-                const std::size_t listed = std::min<std::size_t>(most, hits.size());
-                EXPECT_EQ(some.left_out[i], hits.size() - listed);
-                EXPECT_TRUE(std::ranges::equal(hits.first(listed), some.of_ray(i)));
-            }
-        }
-    }
-}
-
 TEST(AllHits, AreSteppedThroughOnceEachWhereTIsRounded) {
     // In turn t is a denormal and too large for a float.
     for (const auto& [half, length] : {std::pair(1e-41f, 1.0f), {3e-39f, 2.0f}, {1e5f, 1e-36f}}) {
@@ -411,6 +312,9 @@ TEST(AllHits, ComeAfterACursorBeforeAllTriangles) {
     const Ray ray = {{-2, 0.25f, 0.125f}, 0, {1, 0, 0}};
     const Hit first = scene.intersect(ray);
     EXPECT_EQ(first.geom_id, 1u);
+    // A cursor that is no hit.
+    EXPECT_EQ(scene.intersect(ray, Hit{.t = -1, .prim_id = 0, .geom_id = 0}), first);
+    EXPECT_EQ(scene.intersect_all({&ray, 1}, {.max_hits = 0}).left_out[0], 2u);
     // The same t, with a triangle that is before all of the scene.
     EXPECT_EQ(scene.intersect(ray, Hit{.t = first.t, .prim_id = 5, .geom_id = 0}), first);
 }
@@ -453,13 +357,9 @@ TEST(VisibleHits, AreThoseOfTheTreeInUse) {
     for (const char* const policy : {"refit", "rebuild", "every:2"}) {
         std::vector<UserMesh> meshes = {UserMesh(star(3, 4)), UserMesh(icosphere(2)),
                                         UserMesh(icosphere(3))};
-        const auto views = [&] {
-            return std::vector<morphray::MeshView>{meshes[0].view(), meshes[1].view(),
-                                                   meshes[2].view()};
-        };
         morphray::SceneOptions options{.bounds = bounds};
         options.update = morphray::parse_update_policy(policy);
-        Scene scene = Scene::build(views(), Device::cpu(), options);
+        Scene scene = Scene::build(views_of(meshes), Device::cpu(), options);
         const std::vector<Ray> rays = world_rays(meshes[0], 100, 3);
         const std::vector<Vec3> points(meshes[2].points.begin(), meshes[2].points.begin() + 50);
         Random random(4);
@@ -474,7 +374,7 @@ TEST(VisibleHits, AreThoseOfTheTreeInUse) {
                 for (Vec3& p : mesh.points) p = {p.y + by, p.z, p.x - by / 2};
             }
             scene.update();
-            const Scene brute = Scene::build(views(), Device::brute_force(), options);
+            const Scene brute = Scene::build(views_of(meshes), Device::brute_force(), options);
             const std::vector<std::uint8_t> visible = {step % 2 == 0, step % 3 == 0, step % 4 != 0};
             const morphray::QueryOptions sees{.visible = visible};
             for (const Ray& ray : rays)
@@ -482,30 +382,6 @@ TEST(VisibleHits, AreThoseOfTheTreeInUse) {
             expect_same(scene.intersect_all(rays, {}, sees), brute.intersect_all(rays, {}, sees),
                         policy);
             EXPECT_TRUE(PointAnswers(scene, points, sees) == PointAnswers(brute, points, sees));
-        }
-    }
-}
-
-TEST(VisibleHits, LeaveOutTheMeshThatARayNames) {
-    const UserMesh mesh(star(3, 4));
-    UserMesh turned_over = mesh;
-    for (morphray::Vec3& p : turned_over.points) p = {p.y, -p.x, p.z};
-    const std::vector<morphray::MeshView> meshes = {mesh.view(), turned_over.view(), mesh.view()};
-    const std::vector<Ray> rays = world_rays(mesh, 90, 8);
-    for (const Device& device : {Device::cpu(), Device::brute_force()}) {
-        const Scene scene = Scene::build(meshes, device);
-        std::vector<morphray::Primitive> excluded(rays.size());
-        for (std::uint32_t i = 0; i < rays.size(); ++i)
-            if (i % 4 != 3) excluded[i].geom_id = i % 4;
-        std::vector<morphray::Hit> hits(rays.size());
-        scene.intersect(rays, hits, {.excluded = excluded});
-        const morphray::AllHits all = scene.intersect_all(rays, {}, {.excluded = excluded});
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            std::vector<std::uint8_t> visible(meshes.size(), 1);
-            if (i % 4 != 3) visible[i % 4] = 0;
-            EXPECT_EQ(hits[i], scene.intersect(rays[i], {.visible = visible}));
-            const auto expected = scene.intersect_all({&rays[i], 1}, {}, {.visible = visible});
-            EXPECT_TRUE(std::ranges::equal(all.of_ray(i), expected.hits));
         }
     }
 }
@@ -533,7 +409,7 @@ TEST(VisibleHits, TakeAFlagForEachGeomId) {
               "bad_argument");
 }
 
-TEST(VisibleHits, LeaveOutTheTriangleThatARayNames) {
+TEST(VisibleHits, LeaveOutTheTriangleOrMeshThatARayNames) {
     expect_excluded_on(Device::cpu(), 200);
     expect_excluded_on(Device::brute_force(), 40);
     const UserMesh mesh(star(3, 4));
@@ -616,34 +492,6 @@ TEST(Windings, AreExactForCoordinatesThatSceneSpaceRounds) {
     std::uint8_t inside[4];
     scene.contains(points, inside);
     EXPECT_TRUE(std::ranges::equal(inside, std::array{0, 1, 1, 0}));
-}
-
-TEST(ClosestPoints, TellPlaceFeatureAndTriangle) {
-    const UserMesh mesh = cube();
-    const Scene scene = Scene::build(mesh.view());
-    const std::vector<Vec3> points = {{0.5f, 0.25f, 3}, {2, 2, 0.5f}, {4, 5, 1}, {0, 0, 0.5f}};
-    std::vector<ClosestPoint> closest(points.size());
-    scene.closest_points(points, closest);
-    EXPECT_EQ(closest[0].point, (Vec3{0.5f, 0.25f, 1}));
-    EXPECT_EQ(closest[0].distance, 2);
-    EXPECT_EQ(closest[0].feature, Feature::face);
-    EXPECT_EQ(closest[1].point, (Vec3{1, 1, 0.5f}));
-    EXPECT_EQ(closest[1].distance, std::sqrt(2.0f));
-    EXPECT_EQ(closest[1].feature, Feature::edge);
-    EXPECT_EQ(closest[2].point, (Vec3{1, 1, 1}));
-    EXPECT_EQ(closest[2].distance, 5);
-    EXPECT_EQ(closest[2].feature, Feature::vertex);
-    EXPECT_EQ(closest[3].distance, 0.5f);
-    // The first of the triangles around the edge and the vertex.
-    EXPECT_EQ(closest[1].prim_id, 7u);
-    EXPECT_EQ(closest[2].prim_id, 2u);
-    scene.closest_points(points, closest, 1);
-    EXPECT_FALSE(closest[0]);
-    EXPECT_EQ(closest[0].distance, kInfinity);
-    EXPECT_FALSE(closest[1]);
-    EXPECT_TRUE(closest[3]);
-    scene.closest_points(points, closest, 2);
-    EXPECT_TRUE(closest[0]);
 }
 
 TEST(ClosestPoints, AreFoundWithinExactlyTheirDistance) {

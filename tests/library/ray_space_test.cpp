@@ -37,14 +37,20 @@ std::vector<SceneSpace> spaces() {
             space_of(-1e-30, 3e-30),   space_of(-2e38, 3e38), space_of(0, kDenormal)};
 }
 
-void expect_same(const SceneSpace& space, const morphray::Ray& ray) {
+SceneRay to_scene_of(const SceneSpace& space, const StoredRay& r) {
+    return to_scene(
+        space, {{r.org[0], r.org[1], r.org[2]}, {r.dir[0], r.dir[1], r.dir[2]}, r.tnear, r.tfar});
+}
+
+void expect_same(const SceneSpace& space, const StoredRay& stored) {
+    const morphray::Ray ray{{stored.org[0], stored.org[1], stored.org[2]},
+                            stored.tnear,
+                            {stored.dir[0], stored.dir[1], stored.dir[2]},
+                            stored.tfar};
     const RaySpace rays(space, best_simd_target());
     Ray actual;
     const std::optional<int> t_exponent = rays.to_scene(ray, actual);
-    const SceneRay expected = to_scene(space, {{ray.org.x, ray.org.y, ray.org.z},
-                                               {ray.dir.x, ray.dir.y, ray.dir.z},
-                                               ray.tnear,
-                                               ray.tfar});
+    const SceneRay expected = to_scene_of(space, stored);
     ASSERT_EQ(t_exponent.has_value(), expected.valid);
     if (!expected.valid) return;
     EXPECT_EQ(*t_exponent,
@@ -96,10 +102,7 @@ TEST(MakeSceneRays, GivesTheBitsOfTheEngineOnEachTarget) {
                 }
             }
             for (const StoredRay& r : rays) {
-                expect_same(space, {{r.org[0], r.org[1], r.org[2]},
-                                    r.tnear,
-                                    {r.dir[0], r.dir[1], r.dir[2]},
-                                    r.tfar});
+                expect_same(space, r);
                 if (HasFailure()) return;
             }
             for (const SimdTarget& target : supported_simd_targets()) {
@@ -112,11 +115,7 @@ TEST(MakeSceneRays, GivesTheBitsOfTheEngineOnEachTarget) {
                         continue;
                     }
                     ++made;
-                    const StoredRay& r = rays[i];
-                    const SceneRay expected = to_scene(space, {{r.org[0], r.org[1], r.org[2]},
-                                                               {r.dir[0], r.dir[1], r.dir[2]},
-                                                               r.tnear,
-                                                               r.tfar});
+                    const SceneRay expected = to_scene_of(space, rays[i]);
                     ASSERT_TRUE(expected.valid) << target.name;
                     ASSERT_EQ(out.t_exponents[2 * i + 1], expected.t_exponent) << target.name;
                     ASSERT_EQ(std::memcmp(&out.rays[i], &expected.ray, sizeof(Ray)), 0)

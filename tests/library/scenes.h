@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -31,6 +32,21 @@ struct UserMesh {
         return {morphray::packed(points), triangles, deforms};
     }
 };
+
+/// The meshes must outlive their views.
+inline std::vector<morphray::MeshView> views_of(const std::vector<UserMesh>& meshes,
+                                                bool deform = true) {
+    std::vector<morphray::MeshView> views;
+    for (const UserMesh& mesh : meshes) views.push_back(mesh.view(deform));
+    return views;
+}
+
+/// Every instruction set of this machine, and none.
+inline std::vector<std::string> all_simd() {
+    std::vector<std::string> names = morphray::simd_targets();
+    names.emplace_back("off");
+    return names;
+}
 
 /// A turn about (0, 1, 1), scaled, with the last axis multiplied by `last`, and a shift along x.
 inline morphray::Transform turned(double angle, double last, double shift) {
@@ -86,9 +102,7 @@ inline std::vector<morphray::Hit> hits_of(const morphray::Scene& scene,
 }
 
 inline std::size_t count_hits(const std::vector<morphray::Hit>& hits) {
-    std::size_t count = 0;
-    for (const morphray::Hit& hit : hits) count += hit ? 1 : 0;
-    return count;
+    return hits.size() - static_cast<std::size_t>(std::ranges::count(hits, morphray::Hit{}));
 }
 
 /// Equal bit by bit.

@@ -223,9 +223,14 @@ TEST(Threads, AskWhileATreeIsBuiltInTheBackground) {
 TEST(Threads, AreToldThatAnotherOneChangesTheScene) {
     UserMesh mesh(torus(50, 40));
     const UserMesh second(icosphere(1));
-    for (const char* name : {"update", "part", "attach", "detach"}) {
-        const std::string what = name;
-        Scene scene = Scene::build(mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}});
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}});
+    const std::pair<std::string, std::function<void()>> changes[] = {
+        {"update", [&] { scene.update(); }},
+        {"part", [&] { scene.update(0, 1, 2); }},
+        {"attach", [&] { scene.detach(scene.attach(second.view())); }},
+        {"detach", [&] { scene.detach(7); }}};
+    for (const auto& change : changes) {
+        const std::string& what = change.first;
         std::atomic<int> busy = 0;
         std::atomic<int> wrong = 0;
         std::atomic<bool> is_over = false;
@@ -240,14 +245,7 @@ TEST(Threads, AreToldThatAnotherOneChangesTheScene) {
                           is_over = true;
                       },
                       [&] {
-                          while (!is_over && busy == 0) {
-                              note([&] {
-                                  if (what == "update") scene.update();
-                                  if (what == "part") scene.update(0, 1, 2);
-                                  if (what == "attach") scene.detach(scene.attach(second.view()));
-                                  if (what == "detach") scene.detach(7);
-                              });
-                          }
+                          while (!is_over && busy == 0) note(change.second);
                       }});
         EXPECT_GT(busy, 0) << what;
         EXPECT_EQ(wrong, 0) << what;

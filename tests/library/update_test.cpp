@@ -35,34 +35,6 @@ void sway(UserMesh& mesh, const UserMesh& rest, int pose) {
     }
 }
 
-TEST(SceneUpdate, FollowsTheMeshUnderEachPolicy) {
-    const UserMesh rest(torus(40, 20));
-    const std::vector<morphray::UpdatePolicy> policies = {
-        morphray::Refit{}, morphray::Rebuild{}, morphray::Every{3},
-        morphray::Auto{.budget = 0.02, .deterministic = true}};
-    const Step first_steps[] = {Step::refit, Step::rebuild, Step::refit, Step::refit};
-    for (std::size_t p = 0; p < policies.size(); ++p) {
-        UserMesh mesh = rest;
-        const SceneOptions options{.bounds = kBounds, .update = policies[p]};
-        Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
-        EXPECT_EQ(scene.last_update().step, Step::build);
-        for (int pose = 1; pose < 7; ++pose) {
-            sway(mesh, rest, pose);
-            const morphray::Update update = scene.update();
-            if (pose == 1) {
-                EXPECT_EQ(update.step, first_steps[p]);
-            }
-            EXPECT_NE(update.reason, "");
-            EXPECT_GE(update.milliseconds(), 0);
-            const std::vector<morphray::Ray> rays = world_rays(mesh, 300, 10);
-            expect_as_new(scene, {mesh.view()}, options, rays, std::to_string(pose));
-        }
-        if (p != 1) {
-            EXPECT_EQ(scene.update().step, Step::keep);
-        }
-    }
-}
-
 TEST(SceneUpdate, ReadsTheCallersOwnVerticesInPlace) {
     struct Vertex {
         double weight = 0;
@@ -202,15 +174,6 @@ TEST(SceneUpdate, MeshesComeAndGo) {
     EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
 }
 
-TEST(SceneUpdate, TheLowestGeometryWinsAmongEqualHits) {
-    const UserMesh mesh(icosphere(2));
-    const std::vector<morphray::MeshView> twice = {mesh.view(), mesh.view()};
-    const Scene scene = Scene::build(std::span<const morphray::MeshView>(twice));
-    const std::vector<morphray::Hit> hits = hits_of(scene, world_rays(mesh, 1000, 14));
-    EXPECT_GT(count_hits(hits), 300u);
-    for (const morphray::Hit& hit : hits) EXPECT_EQ(hit.geom_id, hit ? 0u : morphray::kNoGeometry);
-}
-
 TEST(SceneUpdate, MeshesMayLeaveTheBoundsAndComeBack) {
     const UserMesh rest(torus(30, 20));
     UserMesh mesh = rest;
@@ -301,27 +264,6 @@ TEST(SceneUpdate, ReadsNoMeshThatDoesNotDeform) {
     EXPECT_EQ(scene.attach(rest_ball.view(false)), 1u);
     scene.update();
     expect_as_new(scene, {mesh.view(), rest_ball.view(), box.view()}, options, rays, "replaced");
-}
-
-TEST(SceneUpdate, PositionsThatAreNotFiniteAreLeftOut) {
-    constexpr float bad = std::numeric_limits<float>::quiet_NaN();
-    const UserMesh rest(torus(30, 20));
-    UserMesh mesh = rest;
-    const SceneOptions options{.bounds = kBounds};
-    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
-    const std::vector<morphray::Ray> rays = world_rays(rest, 1000, 17);
-    const std::vector<morphray::Hit> before = hits_of(scene, rays);
-    mesh.points[7].y = bad;
-    mesh.points[8].x = std::numeric_limits<float>::infinity();
-    scene.update();
-    expect_as_new(scene, {mesh.view()}, options, rays, "some");
-    for (morphray::Vec3& p : mesh.points) p.z = bad;
-    scene.update();
-    EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
-    EXPECT_GT(scene.bounds().lower[0], scene.bounds().upper[0]);
-    mesh.points = rest.points;
-    scene.update();
-    expect_same_hits(hits_of(scene, rays), before, "finite again");
 }
 
 TEST(SceneUpdate, ABodyAmongManyIsReplaced) {

@@ -26,19 +26,7 @@ Outcome render(const std::string& scene, const TemporaryFolder& folder, const Wo
 
 Json render_json(const std::string& scene, const TemporaryFolder& folder, Words more = {}) {
     more.insert(more.end(), {"--json", "-"});
-    const Outcome outcome = render(scene, folder, more);
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return Json::parse(outcome.out);
-}
-
-TEST(Render, WritesAnImagePerFrame) {
-    TemporaryFolder folder;
-    const Outcome outcome = render("builtin:cloth:500", folder, {"--frames", "0..2"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "");
-    EXPECT_EQ(folder.names(),
-              (Words{"out", "out/frame_0000.png", "out/frame_0001.png", "out/frame_0002.png"}));
-    EXPECT_EQ(lines(outcome.out).size(), 4u) << outcome.out;
+    return json_of(render(scene, folder, more));
 }
 
 TEST(Render, ListsOfFramesAreTheImagesOfTheirFrames) {
@@ -60,7 +48,10 @@ TEST(Render, AllWholeFramesAreTheDefault) {
     folder.write("s/f_4.obj", square_at(1));
     folder.write("s/f_5.obj", square_at(2));
     TemporaryFolder out;
-    EXPECT_EQ(render(folder.file("s/f_%d.obj"), out).code, 0);
+    const Outcome outcome = render(folder.file("s/f_%d.obj"), out);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(lines(outcome.out).size(), 4u) << outcome.out;
     EXPECT_EQ(out.names(),
               (Words{"out", "out/frame_0003.png", "out/frame_0004.png", "out/frame_0005.png"}));
 }
@@ -195,12 +186,17 @@ TEST(Render, OutMayNameOneImage) {
     EXPECT_TRUE(has(several.err, "one image, but 2 frames"));
 }
 
+/// A folder with frames 0 to 3 of a sequence, of which the third is bad.
+struct BadSequence : TemporaryFolder {
+    BadSequence() {
+        for (const char* frame : {"s/f_0.obj", "s/f_1.obj", "s/f_3.obj"})
+            write(frame, unit_triangle());
+        write("s/f_2.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+    }
+};
+
 TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {
-    TemporaryFolder folder;
-    folder.write("s/f_0.obj", unit_triangle());
-    folder.write("s/f_1.obj", unit_triangle());
-    folder.write("s/f_2.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
-    folder.write("s/f_3.obj", unit_triangle());
+    const BadSequence folder;
     const TemporaryFolder out;
     const std::string json = out.file("report.json");
     const Outcome outcome = render(folder.file("s"), out, {"--json", json});
@@ -215,10 +211,7 @@ TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {
 }
 
 TEST(Render, BadFrameThatIsNotSelectedIsNotRead) {
-    TemporaryFolder folder;
-    folder.write("s/f_0.obj", unit_triangle());
-    folder.write("s/f_1.obj", unit_triangle());
-    folder.write("s/f_2.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+    const BadSequence folder;
     const std::string scene = folder.file("s");
     for (const Outcome& outcome :
          {render(scene, folder, {"--frames", "0..1"}), run({"info", scene})}) {
@@ -241,8 +234,9 @@ TEST(Render, FramesWithEqualNamesAreRefused) {
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
 }
 
+/// A PNG file of two pixels.
 std::string png_of(std::uint32_t first, std::uint32_t second) {
-    const Image image{2, 1, {first | 0xFF000000, second | 0xFF000000}};
+    const Image image{2, 1, {first, second}};
     const std::vector<std::byte> bytes = encode_png(image);
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -250,7 +244,7 @@ std::string png_of(std::uint32_t first, std::uint32_t second) {
 /// A folder with scene.obj, a square with a texture of two texels.
 struct TexturedFolder : TemporaryFolder {
     TexturedFolder() {
-        write("a.png", png_of(0x0000FF, 0x00FF00));
+        write("a.png", png_of(0xFF0000FF, 0xFF00FF00));
         write("a.mtl", "newmtl m\nmap_Kd a.png\n");
         write("scene.obj",
               "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -265,8 +259,7 @@ Outcome render_textured(const TexturedFolder& folder, const Words& more = {}) {
 }
 
 std::string image_hash(const Outcome& outcome) {
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return Json::parse(outcome.out)["frames"][0]["image_hash"];
+    return json_of(outcome)["frames"][0]["image_hash"];
 }
 
 TEST(RenderTextures, AreSeen) {
@@ -274,7 +267,7 @@ TEST(RenderTextures, AreSeen) {
     const Outcome outcome = render_textured(folder);
     EXPECT_EQ(outcome.err, "");
     const std::string hash = image_hash(outcome);
-    folder.write("a.png", png_of(0xFFFFFF, 0xFFFFFF));
+    folder.write("a.png", png_of(0xFFFFFFFF, 0xFFFFFFFF));
     EXPECT_NE(image_hash(render_textured(folder)), hash);
 }
 
@@ -302,7 +295,7 @@ TEST(RenderTextures, MissingOneIsAWarning) {
 
 TEST(RenderTextures, DamagedOneIsAnErrorUnlessLenient) {
     const TexturedFolder folder;
-    folder.write("a.png", png_of(1, 2).substr(0, 50));
+    folder.write("a.png", png_of(0xFF000001, 0xFF000002).substr(0, 50));
     const Outcome outcome = render_textured(folder);
     EXPECT_EQ(outcome.code, 3);
     EXPECT_TRUE(outcome.err.starts_with(folder.file("a.png: is not a PNG file that can be read")))
@@ -341,7 +334,7 @@ Outcome render_gltf(const TemporaryFolder& folder, const std::string& bytes) {
 
 TEST(RenderTextures, OfGltfFilesAreTheSameFromFilesBuffersAndDataUris) {
     const TemporaryFolder folder;
-    for (const std::string& image : {png_of(0x0000FF, 0x00FF00), jpeg_file(16, 8, {})}) {
+    for (const std::string& image : {png_of(0xFF0000FF, 0xFF00FF00), jpeg_file(16, 8, {})}) {
         folder.write("a.image", image);
         GltfBuilder builder = textured_gltf();
         builder.json["images"] = {{{"uri", "a.image"}}};
@@ -364,11 +357,8 @@ TEST(RenderTextures, OfGltfFilesAreTheSameFromFilesBuffersAndDataUris) {
 
 TEST(RenderTextures, MasksMakeHoles) {
     const TemporaryFolder folder;
-    const Image image{2, 1, {0xFF0000FFu, 0x0000FF00u}};
-    const std::vector<std::byte> bytes = encode_png(image);
     GltfBuilder builder = textured_gltf();
-    builder.json["images"] = {
-        {{"uri", data_uri({reinterpret_cast<const char*>(bytes.data()), bytes.size()})}}};
+    builder.json["images"] = {{{"uri", data_uri(png_of(0xFF0000FF, 0x0000FF00))}}};
     const std::string solid = image_hash(render_gltf(folder, builder.gltf()));
     builder.json["materials"][0]["alphaMode"] = "MASK";
     const Outcome outcome = render_gltf(folder, builder.gltf());
