@@ -30,14 +30,9 @@ void on_signal(int signal) {
 }
 
 const char* hint_text(Hint hint) {
-    switch (hint) {
-        case Hint::kLenient:
-            return " or accept it with --lenient";
-        case Hint::kReplaceMissing:
-            return ", or use --skip-missing";
-        default:
-            return "";
-    }
+    return hint == Hint::kLenient          ? " or accept it with --lenient"
+           : hint == Hint::kReplaceMissing ? ", or use --skip-missing"
+                                           : "";
 }
 
 constexpr const char* kStdout = "/dev/stdout";
@@ -130,7 +125,7 @@ const std::atomic<bool>& interrupt_flag() { return has_received; }
 int interrupt_signal() { return received_signal; }
 
 void throw_if_interrupted() {
-    if (interrupted()) throw Error(ErrorKind::kCancelled, kWorkCancelled);
+    if (has_received) throw Error(ErrorKind::kCancelled, kWorkCancelled);
 }
 
 void Messages::error(const Failure& failure) const {
