@@ -125,7 +125,7 @@ const std::atomic<bool>& interrupt_flag() { return has_received; }
 int interrupt_signal() { return received_signal; }
 
 void throw_if_interrupted() {
-    if (has_received) throw Error(ErrorKind::kCancelled, kWorkCancelled);
+    if (interrupted()) throw Error(ErrorKind::kCancelled, kWorkCancelled);
 }
 
 void Messages::error(const Failure& failure) const {

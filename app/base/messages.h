@@ -64,6 +64,7 @@ void handle_signals();
 
 /// The flag is true once a signal has arrived. Calls that can be cancelled take it.
 const std::atomic<bool>& interrupt_flag();
+inline bool interrupted() { return interrupt_flag().load(); }
 /// The signal that has arrived; SIGINT without one.
 int interrupt_signal();
 

@@ -126,7 +126,7 @@ TEST(Interrupt, FirstSignalIsNotedAndTheSecondOneEndsTheProcess) {
     EXPECT_EQ(code_of_child([] {
                   handle_signals();
                   ::raise(SIGTERM);
-                  return interrupt_flag() ? 128 + interrupt_signal() : 1;
+                  return interrupted() ? 128 + interrupt_signal() : 1;
               }),
               143);
     EXPECT_EQ(code_of_child([] {
@@ -143,7 +143,7 @@ TEST(Interrupt, LeavesAnIgnoredSignalIgnored) {
                   ::signal(SIGHUP, SIG_IGN);
                   handle_signals();
                   ::raise(SIGHUP);
-                  return interrupt_flag() ? 1 : 0;
+                  return interrupted() ? 1 : 0;
               }),
               0);
 }
