@@ -35,10 +35,8 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     // Deep enough that a part of the scene at its very bottom is in front of it.
     constexpr double kDepth = 1e-3;
     constexpr double kReach = 4;
-    const dvec3 upwards = to_dvec3(up);
-    const double length = glm::length(upwards);
-    if (!(length > 0) || !std::isfinite(length)) return {};
-    const dvec3 n = upwards / length;
+    const dvec3 n = direction_of(to_dvec3(up));
+    if (n == dvec3(0.0)) return {};
     const dvec3 half = (bounds.upper - bounds.lower) / 2.0;
     const dvec3 centre = bounds.lower + half;
     const double size = glm::length(half);

@@ -22,11 +22,6 @@ std::vector<double> whole_frames(const Animation& animation) {
     return frames;
 }
 
-std::size_t fraction_digits(double frame) {
-    const std::string text = fmt::format("{:.6f}", frame);
-    return text.find_last_not_of('0') - text.find('.');
-}
-
 void require_in_animation(const char* option, double frame, const Animation& animation) {
     if (frame >= animation.first_frame() && frame <= animation.last_frame()) return;
     throw Error(ErrorKind::kBadArgument, "{}: frame {} is not in the scene, which has {} to {}",
@@ -117,7 +112,10 @@ std::vector<std::string> frame_labels(std::span<const double> frames, const Anim
     constexpr std::size_t kLeastDigits = 4;
     const std::string last = fmt::format("{:.0f}", std::floor(std::abs(animation.last_frame())));
     std::size_t fraction = 0;
-    for (const double frame : frames) fraction = std::max(fraction, fraction_digits(frame));
+    for (const double frame : frames) {
+        const std::string text = fmt::format("{:.6f}", frame);
+        fraction = std::max(fraction, text.find_last_not_of('0') - text.find('.'));
+    }
     const std::size_t width =
         std::max(kLeastDigits, last.size()) + (fraction > 0 ? fraction + 1 : 0);
     std::vector<std::string> labels;

@@ -30,14 +30,9 @@ void on_signal(int signal) {
 }
 
 const char* hint_text(Hint hint) {
-    switch (hint) {
-        case Hint::kLenient:
-            return " or accept it with --lenient";
-        case Hint::kReplaceMissing:
-            return ", or use --skip-missing";
-        default:
-            return "";
-    }
+    return hint == Hint::kLenient          ? " or accept it with --lenient"
+           : hint == Hint::kReplaceMissing ? ", or use --skip-missing"
+                                           : "";
 }
 
 constexpr const char* kStdout = "/dev/stdout";

@@ -94,7 +94,6 @@ struct Options {
     std::optional<int> repeat = {};
     /// The policies that profile compares. Empty: it reports the times of the stages.
     std::vector<PolicySpec> policies = {};
-    std::string plot = {};
     std::string csv = {};
     /// The rays of trace, and what it writes about them.
     std::string ray_file = {};

@@ -330,18 +330,14 @@ void add_crosscheck_options(CLI::App& command, Options& options) {
 void add_profile_options(CLI::App& command, Options& options) {
     add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
               options.repeat, 1, 10000);
-    CLI::Option* const policies =
-        add_parsed(command, "--policies", update_forms() + ",...",
-                   "update policies to compare, over all whole frames", options.policies,
-                   [](const std::string& text) {
-                       std::vector<PolicySpec> parsed;
-                       for (const std::string_view part : split(text, ','))
-                           parsed.push_back(parse_policy(std::string(part)));
-                       return parsed;
-                   });
-    add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs matplotlib)",
-             options.plot)
-        ->needs(policies);
+    add_parsed(command, "--policies", update_forms() + ",...",
+               "update policies to compare, over all whole frames", options.policies,
+               [](const std::string& text) {
+                   std::vector<PolicySpec> parsed;
+                   for (const std::string_view part : split(text, ','))
+                       parsed.push_back(parse_policy(std::string(part)));
+                   return parsed;
+               });
     add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
              options.csv);
 }
@@ -556,7 +552,7 @@ constexpr CommandText kCommandTexts[] = {
      "--frame --pixel --size --eye --target --rays --backend --update --build-at",
      "  morphray probe builtin:cloth --frame 8 --pixel 512,600"},
     {"profile", "Measures deforming, refitting, building and tracing",
-     "--frames --size --rays --backend --repeat --policies --plot --csv --json",
+     "--frames --size --rays --backend --repeat --policies --csv --json",
      "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
      "  morphray profile builtin:twist --policies refit,auto --csv policies.csv"},
     {"trace", "Traces the rays of a file, and writes their hits to a file",

@@ -261,19 +261,17 @@ private:
 
     /// `simd` is the backend's instruction set, or ""; `refit_on` what refitted its tree, or "".
     void compare(Backend& backend, const std::string& simd, const std::string& refit_on) {
-        CheckedImage image;
-        image.variant = {backend.info().name, simd, refit_on};
-        image.frame = frame_;
+        CheckedImage image = {
+            .backend = backend.info().name, .simd = simd, .refit_on = refit_on, .frame = frame_};
         // The CPU without SIMD over the rebuilt tree is the reference itself.
-        const bool is_cpu_reference =
-            image.variant.backend == "cpu" && simd.empty() && refit_on.empty();
+        const bool is_cpu_reference = image.backend == "cpu" && simd.empty() && refit_on.empty();
         Frame actual;
         for (const Expected& expected : expected_) {
             image.rays = expected.rays;
             image.reference = expected.reference;
             if (is_cpu_reference && image.reference == "cpu") continue;
-            progress_->begin(fmt::format("frame {}, {}, {}", frame_, image.variant.name(),
-                                         name_of_rays(image.rays)));
+            progress_->begin(
+                fmt::format("frame {}, {}, {}", frame_, image.variant(), name_of_rays(image.rays)));
             backend.trace_image(params_for(expected.rays), actual);
             image.trace_ms = backend.finish().trace_ms;
             add_images(report_, options_, image, expected.frame, actual);

@@ -63,21 +63,23 @@ std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
     if (ray.dir == vec3(0, 0, 0)) return {};
     const ShearedRay sheared = shear_ray(ray.org, ray.dir);
     const SlabRay slab = slab_ray(ray.org, ray.dir);
+    const auto is_wanted = [&](std::uint32_t id) {
+        return std::ranges::find(wanted, id) != wanted.end();
+    };
     std::vector<Candidate> found;
-    std::vector<Candidate> extra;
     for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
         const uvec3 corners = topology.triangles[id];
         const vec3 a = positions[corners.x];
         const vec3 b = positions[corners.y];
         const vec3 c = positions[corners.z];
-        const bool is_wanted = std::ranges::find(wanted, id) != wanted.end();
-        if (!is_wanted && !may_hit_triangle(sheared, a, b, c)) continue;
-        (is_wanted ? extra : found).push_back(test_triangle(ray, sheared, slab, id, a, b, c));
+        if (is_wanted(id) || may_hit_triangle(sheared, a, b, c))
+            found.push_back(test_triangle(ray, sheared, slab, id, a, b, c));
     }
     std::sort(found.begin(), found.end(), before);
-    if (found.size() > kCandidates) found.resize(kCandidates);
-    found.insert(found.end(), extra.begin(), extra.end());
-    std::sort(found.begin(), found.end(), before);
+    std::size_t kept = 0;
+    std::erase_if(found, [&](const Candidate& c) {
+        return !is_wanted(c.hit.prim_id) && ++kept > kCandidates;
+    });
     return found;
 }
 

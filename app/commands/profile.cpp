@@ -106,22 +106,6 @@ private:
     Frame frame_;
 };
 
-/// The given options that decide what is measured, apart from scene, frames, size and rays.
-std::string measured_options(const Options& options) {
-    std::vector<std::string> line = arguments_of(options, options.view.rays, false);
-    // The size comes first.
-    line.erase(line.begin(), line.begin() + 2);
-    const auto add = [&line](const char* name, const std::string& value) {
-        if (!value.empty()) line.insert(line.end(), {name, value});
-    };
-    if (options.backend.threads > 0) add("--threads", fmt::format("{}", options.backend.threads));
-    add("--simd", options.backend.simd);
-    add("--device", options.backend.device);
-    if (options.tree.build_at) add("--build-at", fmt::format("{}", *options.tree.build_at));
-    if (options.backend.validate) line.emplace_back("--validate");
-    return shell_line(line);
-}
-
 Json backends_of(const Json& frames) {
     Json backends = Json::array();
     for (const Json& first : frames) {
@@ -143,32 +127,24 @@ Json backends_of(const Json& frames) {
 
 /// "refit 0.09 ms on cpu; 60 times as fast as a rebuild; the refitted tree traces 4 % slower".
 std::string sentence_of(const Json& backends) {
-    const auto on_each = [&](const std::function<std::string(const Json&)>& text) {
-        std::vector<std::string> texts;
-        for (const Json& backend : backends) texts.push_back(text(backend));
-        return fmt::format("{}", fmt::join(texts, " and "));
-    };
     const auto number = [](double value) {
         return value < 10 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
     };
-    const auto update_ms = [](const Json& row) {
-        return row["upload_ms"].get<double>() + row["refit_ms"].get<double>();
-    };
-    return fmt::format(
-        "refit {}; {} times as fast as a rebuild; the refitted tree traces {}",
-        on_each([&](const Json& row) {
-            return number(update_ms(row)) + " ms on " + row["backend"].get<std::string>();
-        }),
-        on_each([&](const Json& row) {
-            return number(row["rebuild_ms"].get<double>() / (update_ms(row) + 1e-9));
-        }),
-        on_each([&](const Json& row) {
-            const double ratio =
-                row["trace_ms"].get<double>() / (row["trace_rebuilt_ms"].get<double>() + 1e-9);
-            const double percent = std::round(100 * (ratio - 1));
-            if (percent == 0) return std::string("as fast as a new one");
-            return fmt::format("{} % {}", std::abs(percent), percent > 0 ? "slower" : "faster");
-        }));
+    std::vector<std::string> refits, ratios, traces;
+    for (const Json& row : backends) {
+        const auto ms = [&](const char* key) { return row[key].get<double>(); };
+        const double update_ms = ms("upload_ms") + ms("refit_ms");
+        refits.push_back(number(update_ms) + " ms on " + row["backend"].get<std::string>());
+        ratios.push_back(number(ms("rebuild_ms") / (update_ms + 1e-9)));
+        const double ratio = ms("trace_ms") / (ms("trace_rebuilt_ms") + 1e-9);
+        const double percent = std::round(100 * (ratio - 1));
+        traces.push_back(percent == 0 ? "as fast as a new one"
+                                      : fmt::format("{} % {}", std::abs(percent),
+                                                    percent > 0 ? "slower" : "faster"));
+    }
+    return fmt::format("refit {}; {} times as fast as a rebuild; the refitted tree traces {}",
+                       fmt::join(refits, " and "), fmt::join(ratios, " and "),
+                       fmt::join(traces, " and "));
 }
 
 /// For people, or as CSV with units and where it was measured.
@@ -246,7 +222,7 @@ ExitCode run_profile(const Options& given, const Messages& messages) {
     const std::vector<double> frames = select_frames(options, *animation, DefaultFrames::kFew);
     const std::vector<morphray::Device> devices = open_devices(options.backend, messages);
     Json report = profile_head(options, *animation, devices);
-    report["options"] = measured_options(options);
+    report["options"] = shell_line(options.arguments);
     report["frames"] = Json::array();
     {
         Progress progress("measuring", frames.size() * devices.size(), messages);

@@ -4,7 +4,6 @@
 #include "app/animation/frames.h"
 #include "app/commands/profile.h"
 #include "library/src/engine.h"
-#include "report/plot.h"
 #include "report/spread.h"
 #include "report/table.h"
 
@@ -225,62 +224,10 @@ std::string summary_of(const Json& report) {
         repeat == 1 ? "" : "s", table.text());
 }
 
-std::vector<plot::Panel> panels_of(const Json& report) {
-    std::vector<plot::Panel> panels;
-    for (const auto& device : report["environment"]["devices"].items()) {
-        const std::string backend = device.key();
-        const auto add = [&](const std::string& title, const char* y, const char* unit,
-                             const char* lower, const char* upper) {
-            panels.push_back({{"kind", "lines"},
-                              {"title", title + ", " + backend},
-                              {"x", "frame"},
-                              {"y", y},
-                              {"series", "policy"},
-                              {"xlabel", "frame"},
-                              {"ylabel", unit},
-                              {"where", "backend"},
-                              {"is", backend},
-                              {"lower", lower},
-                              {"upper", upper}});
-        };
-        add("trace", "median trace ms", "ms", "lower trace ms", "upper trace ms");
-        add("quality of the tree", "cost ratio", "SAH cost / that at its build", "", "");
-        add("update and trace", "median cost ms", "ms", "lower cost ms", "upper cost ms");
-    }
-    return panels;
-}
-
-std::string plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
-                          const std::string& file) {
-    const auto text = [&](const char* key) { return report[key].dump(); };
-    const plot::Figure figure{
-        .title = policies_sentence(report),
-        .footer = fmt::format("{}, {} triangles, {}x{} pixels, {} rays; medians of {} rounds, "
-                              "bands between quartiles; "
-                              "{}",
-                              report["scene"].get<std::string>(), text("triangles"), text("width"),
-                              text("height"), report["rays"].get<std::string>(), text("repeat"),
-                              environment_text(report)),
-        .panels = panels_of(report)};
-    return plot::draw(figure, frames_table(report, runs).csv(),
-                      lower_case(file).ends_with(".png") ? "png" : "svg");
-}
-
 }  // namespace
 
 ExitCode profile_policies(const Options& options, const Messages& messages) {
-    if (!options.plot.empty()) {
-        const std::string name = lower_case(options.plot);
-        if (!name.ends_with(".svg") && !name.ends_with(".png"))
-            throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png",
-                        options.plot);
-        if (*options.repeat < kEnoughRounds)
-            throw Error(ErrorKind::kBadArgument,
-                        "--plot: curves need at least {} rounds; give --repeat {} or more",
-                        kEnoughRounds, kEnoughRounds);
-        plot::require_matplotlib("--plot");
-    }
-    check_reports({options.json, options.csv, options.plot});
+    check_reports({options.json, options.csv});
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
     const std::vector<double> frames = select_frames(options, *animation, DefaultFrames::kAll);
     std::vector<PolicyRun> runs;
@@ -325,12 +272,10 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     }
     Json report = profile_head(options, *animation, devices);
     report["policies"] = policies;
-    return write_reports(
-        ExitCode::kOk, messages,
-        {{options.json, [&] { return json_text(report); }},
-         {options.csv, [&] { return frames_table(report, runs).csv(); }},
-         {options.plot, [&] { return plot_policies(report, runs, options.plot); }}},
-        [&] { return summary_of(report); });
+    return write_reports(ExitCode::kOk, messages,
+                         {{options.json, [&] { return json_text(report); }},
+                          {options.csv, [&] { return frames_table(report, runs).csv(); }}},
+                         [&] { return summary_of(report); });
 }
 
 }  // namespace mray::app

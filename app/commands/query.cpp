@@ -58,38 +58,31 @@ void answer(const Options& options, const PosedAnimation& posed,
     const morphray::QueryOptions cancellable{.cancel = &interrupt_flag()};
     std::vector<std::string> lines(count);
     for (const Question question : options.questions) {
-        const auto add = [&](auto answers, const auto& ask, const auto& text_of_answer) {
-            ask(std::span(answers));
+        const auto add = [&](const auto& answers, const auto& text_of_answer) {
             for (std::size_t i = 0; i < count; ++i) {
                 if (question != options.questions.front()) lines[i] += ' ';
                 lines[i] += text_of_answer(answers[i]);
             }
         };
-        if (question == Question::kInside)
-            add(
-                std::vector<std::uint8_t>(count),
-                [&](auto inside) { scene.contains(points, inside, options.rule, cancellable); },
-                [](std::uint8_t is_inside) { return is_inside != 0 ? '1' : '0'; });
-        if (question == Question::kWinding)
-            add(
-                std::vector<std::int32_t>(count),
-                [&](auto windings) { scene.winding(points, windings, cancellable); },
-                [](std::int32_t winding) { return std::to_string(winding); });
-        if (question == Question::kDistance)
-            add(
-                std::vector<float>(count),
-                [&](auto distances) {
-                    scene.signed_distance(points, distances, options.rule, options.max_distance,
-                                          cancellable);
-                },
-                [](float distance) { return fmt::format("{:.9g}", distance); });
-        if (question == Question::kClosest)
-            add(
-                std::vector<morphray::ClosestPoint>(count),
-                [&](auto closest) {
-                    scene.closest_points(points, closest, options.max_distance, cancellable);
-                },
+        if (question == Question::kInside) {
+            std::vector<std::uint8_t> inside(count);
+            scene.contains(points, inside, options.rule, cancellable);
+            add(inside, [](std::uint8_t is_inside) { return is_inside != 0 ? '1' : '0'; });
+        } else if (question == Question::kWinding) {
+            std::vector<std::int32_t> windings(count);
+            scene.winding(points, windings, cancellable);
+            add(windings, [](std::int32_t winding) { return std::to_string(winding); });
+        } else if (question == Question::kDistance) {
+            std::vector<float> distances(count);
+            scene.signed_distance(points, distances, options.rule, options.max_distance,
+                                  cancellable);
+            add(distances, [](float distance) { return fmt::format("{:.9g}", distance); });
+        } else {
+            std::vector<morphray::ClosestPoint> closest(count);
+            scene.closest_points(points, closest, options.max_distance, cancellable);
+            add(closest,
                 [&](const morphray::ClosestPoint& point) { return text_of(point, origin); });
+        }
     }
     for (const std::string& line : lines) text += line + '\n';
 }

@@ -43,10 +43,7 @@ std::string render_command(const Options& options, double frame) {
 std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames,
                                    const Animation& animation) {
     const std::filesystem::path out = options.out;
-    // A name that cannot be looked up is no folder; writing it says what is wrong.
-    std::error_code error;
-    const bool is_one_image =
-        lower_case(options.out).ends_with(".png") && !std::filesystem::is_directory(out, error);
+    const bool is_one_image = lower_case(options.out).ends_with(".png");
     if (is_one_image && frames.size() > 1)
         throw Error(
             ErrorKind::kBadArgument,

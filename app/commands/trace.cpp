@@ -7,19 +7,6 @@
 namespace mray::app {
 namespace {
 
-// The reasons why a ray hits nothing in any scene.
-constexpr const char* kFaults[] = {"not finite", "without direction", "without interval",
-                                   "leading past the scene from far away"};
-
-/// An index of kFaults for a ray that is not valid.
-std::size_t fault_of(const WorldRay& ray) {
-    if (std::isnan(ray.tnear) || std::isnan(ray.tfar) || !all_finite(ray.org) ||
-        !all_finite(ray.dir))
-        return 0;
-    if (ray.dir == glm::dvec3(0.0)) return 1;
-    return ray.tnear <= ray.tfar && ray.tfar > 0 ? 3 : 2;
-}
-
 /// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
 public:
@@ -36,10 +23,7 @@ public:
         exponents_.clear();
         for (WorldRay ray : rays) {
             ray.org = glm::dvec3(origin_.to_world(ray.org));
-            if (!to_scene(space_, ray).valid) {
-                Fault& fault = faults_[fault_of(ray)];
-                if (fault.count++ == 0) fault.first = ray_count_;
-            }
+            if (!to_scene(space_, ray).valid && invalid_rays_++ == 0) first_invalid_ = ray_count_;
             add(ray);
             ++ray_count_;
         }
@@ -51,17 +35,12 @@ public:
     /// Warns of rays that hit nothing in any scene, and of hits that are left out.
     void warn(const Messages& messages) const {
         const std::string name = escape(input_name(options_.ray_file));
-        std::string reasons;
-        std::uint64_t total = 0;
-        for (std::size_t i = 0; i < std::size(kFaults); ++i) {
-            if (faults_[i].count == 0) continue;
-            reasons += fmt::format("{} {} {} (first: ray {})", total == 0 ? ":" : ",",
-                                   faults_[i].count, kFaults[i], faults_[i].first);
-            total += faults_[i].count;
-        }
-        if (total > 0)
-            messages.warn({name, fmt::format("{} of {} rays, counted from 0, hit nothing{}", total,
-                                             ray_count_, reasons)});
+        if (invalid_rays_ > 0)
+            messages.warn(
+                {name, fmt::format("{} of {} rays (first: {}, counted from 0) hit nothing: not "
+                                   "finite, without direction or interval, or leading past the "
+                                   "scene from far away",
+                                   invalid_rays_, ray_count_, first_invalid_)});
         if (cut_rays_ > 0)
             messages.warn(
                 {name, fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits are "
@@ -122,12 +101,10 @@ private:
     std::vector<int> exponents_;
     std::vector<morphray::Hit> hits_;
     std::string text_;
-    struct Fault {
-        std::uint64_t count = 0;
-        std::uint64_t first = 0;
-    };
-    Fault faults_[std::size(kFaults)];
     std::uint64_t ray_count_ = 0;
+    /// Rays that hit nothing in any scene.
+    std::uint64_t invalid_rays_ = 0;
+    std::uint64_t first_invalid_ = 0;
     /// The hits that are left out, and the rays that lack some.
     std::uint64_t left_out_ = 0;
     std::uint64_t cut_rays_ = 0;

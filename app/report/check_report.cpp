@@ -28,14 +28,13 @@ std::string probe_command(const Options& options, const CheckedImage& image,
     add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
     add("--rays", name_of_rays(image.rays));
     std::ranges::copy(arguments_of(options, image.rays, false), std::back_inserter(line));
-    const CheckVariant& variant = image.variant;
-    const std::string& backend = reference ? image.reference : variant.backend;
+    const std::string& backend = reference ? image.reference : image.backend;
     add("--backend", backend);
-    if (backend == "cpu") add("--simd", reference || variant.simd.empty() ? "off" : variant.simd);
-    add("--update", reference ? "rebuild" : variant.update());
-    if (!reference && !variant.refit_on.empty()) add("--build-at", build_at);
+    if (backend == "cpu") add("--simd", reference || image.simd.empty() ? "off" : image.simd);
+    add("--update", reference ? "rebuild" : image.update());
+    if (!reference && !image.refit_on.empty()) add("--build-at", build_at);
     const std::string& device = options.backend.device;
-    const bool on_device = variant.backend == "vulkan" || variant.refit_on == "vulkan";
+    const bool on_device = image.backend == "vulkan" || image.refit_on == "vulkan";
     if (!reference && on_device && !device.empty()) add("--device", device);
     return shell_line(line);
 }
@@ -49,7 +48,7 @@ std::string details_of(const Options& options, const CheckedImage& image,
         text += fmt::format("  pixel {},{}\n", p.x, p.y);
         text += fmt::format("    {:<8} {}\n", image.reference,
                             describe_pixel(p.expected, p.expected_occlusion, p.expected_pixel));
-        text += fmt::format("    {:<8} {}\n", image.variant.backend,
+        text += fmt::format("    {:<8} {}\n", image.backend,
                             describe_pixel(p.actual, p.actual_occlusion, p.actual_pixel));
         for (const bool reference : {true, false})
             text += fmt::format("    {}\n", probe_command(options, image, p, build_at, reference));
@@ -71,7 +70,7 @@ void add_result(Json& scene, const char* list, const char* what, Json result,
 
 }  // namespace
 
-std::string CheckVariant::name() const {
+std::string CheckedImage::variant() const {
     const std::string tracer = backend + (simd.empty() ? "" : " " + simd);
     return tracer + (refit_on.empty() ? ", rebuild" : ", refit on " + refit_on);
 }
@@ -114,12 +113,11 @@ void add_images(Json& scene, const Options& options, const CheckedImage& image,
     const FrameDifference difference = compare_frames(expected, actual);
     const std::uint64_t hits[] = {hits_hash(expected), hits_hash(actual)};
     const std::uint64_t pixels[] = {image_hash(expected), image_hash(actual)};
-    const CheckVariant& variant = image.variant;
-    Json row = {{"variant", variant.name()},
-                {"backend", variant.backend},
-                {"simd", variant.simd},
-                {"update", variant.update()},
-                {"refit_on", variant.refit_on},
+    Json row = {{"variant", image.variant()},
+                {"backend", image.backend},
+                {"simd", image.simd},
+                {"update", image.update()},
+                {"refit_on", image.refit_on},
                 {"frame", image.frame},
                 {"rays", name_of_rays(image.rays)},
                 {"reference", image.reference},
@@ -168,7 +166,7 @@ void add_answers(Json& scene, const Options& options, const CheckedImage& image,
         total += count;
     }
     add_result(scene, "queries", "queries",
-               {{"variant", image.variant.name()},
+               {{"variant", image.variant()},
                 {"frame", image.frame},
                 {"reference", image.reference},
                 {"count", options.query_count},

@@ -9,26 +9,22 @@
 
 namespace mray::app {
 
-/// A backend, its instruction set and its tree, whose images are compared with the reference.
-struct CheckVariant {
+/// An image by a variant: a backend, its instruction set and its tree.
+struct CheckedImage {
     std::string backend;
     /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.
     std::string simd = {};
     /// The backend that refitted the tree; empty for a tree that was built.
     std::string refit_on = {};
+    double frame = 0;
+    morphray::Rays rays = morphray::Rays::primary;
+    /// "brute" or "cpu".
+    std::string reference = {};
+    double trace_ms = 0;
 
     const char* update() const { return refit_on.empty() ? "rebuild" : "refit"; }
     /// "vulkan, refit on cpu" or "cpu avx2, rebuild".
-    std::string name() const;
-};
-
-/// An image of a variant; the reference is "brute" or "cpu".
-struct CheckedImage {
-    CheckVariant variant;
-    double frame = 0;
-    morphray::Rays rays = morphray::Rays::primary;
-    std::string reference = {};
-    double trace_ms = 0;
+    std::string variant() const;
 };
 
 /// How many answers to a kind of query differ: its name in JSON, and for people.

@@ -132,8 +132,6 @@ TracedPane Engine::trace(const ImageRequest& request, BackendChoice backend) {
     const std::size_t index =
         request.pixel ? std::size_t{request.pixel->y} * view.width + request.pixel->x : 0;
     return {.device = traced.scene->scene().device().description(),
-            .width = traced.image.width,
-            .height = traced.image.height,
             .pixels = std::move(traced.image.pixels),
             .rays = traced.image.ray_count,
             .deform_ms = traced.scene->deform_ms(),

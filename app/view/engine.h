@@ -15,9 +15,7 @@
 namespace mray::app {
 
 struct TracedPane {
-    std::string device;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
+    std::string device = {};
     std::vector<std::uint32_t> pixels = {};
     std::uint64_t rays = 0;
     double deform_ms = 0;

@@ -82,11 +82,12 @@ public:
         return {static_cast<float>(width), static_cast<float>(height)};
     }
     /// 8-bit RGBA pixels from the top, and the ends of lines over them, in clip space of the image.
-    void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
+    void set_image(const morphray::View& view, std::span<const std::uint32_t> pixels,
                    std::vector<glm::vec4> line_ends) {
         glBindTexture(GL_TEXTURE_2D, texture_);
-        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, static_cast<GLsizei>(width),
-                     static_cast<GLsizei>(height), 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, static_cast<GLsizei>(view.width),
+                     static_cast<GLsizei>(view.height), 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                     pixels.data());
         has_image_ = true;
         line_ends_ = std::move(line_ends);
         float nearest = std::numeric_limits<float>::infinity();
@@ -359,7 +360,7 @@ private:
                 different_ = difference.different;
                 shown = std::move(difference.pixels);
             }
-            window_.set_image(pane.width, pane.height, shown,
+            window_.set_image(image_->request.view, shown,
                               box_lines(image_->request.view, image_->boxes));
         }
         draw();
@@ -409,9 +410,9 @@ private:
         if (image->request == posted_) is_answered_ = true;
         image_ = std::move(image);
         if (!options_.screenshot.empty() && is_answered_ && !image_->panes.empty()) {
-            const TracedPane& pane = image_->panes.front();
+            const morphray::View& view = image_->request.view;
             write_file(options_.screenshot,
-                       encode_png(Image{pane.width, pane.height, pane.pixels}));
+                       encode_png(Image{view.width, view.height, image_->panes.front().pixels}));
             is_done_ = true;
         }
         return true;

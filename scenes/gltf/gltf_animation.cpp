@@ -56,12 +56,9 @@ public:
 private:
     void place(double frame, double seconds, std::span<vec3> out, const WarnFunction& warn) const {
         if (skinning_.place(gltf::pose_at(scene_, seconds, origin_), out)) return;
-        const std::string what = fmt::format("frame {}: {}", frame, *MeshRules::bad_vertex(out));
-        if (!is_lenient_) {
-            throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", file_, what),
-                        Hint::kLenient);
-        }
-        if (warn) warn({file_, what + "; kept as it is"});
+        const std::optional<Warning> warning =
+            MeshRules::check_frame(file_, frame, out, is_lenient_);
+        if (warning && warn) warn(*warning);
     }
     /// Uses the memory of `places`.
     Origin find_origin(std::span<vec3> places) const {

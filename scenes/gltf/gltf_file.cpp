@@ -66,13 +66,18 @@ constexpr std::string_view kFamiliesLeftOut[] = {"KHR_lights_",    "EXT_lights_"
 
 // Extensions that change shapes, but need not be required.
 constexpr std::string_view kShapesLeftOut[] = {
-    "KHR_animation_pointer", "KHR_draco_mesh_compression", "EXT_meshopt_compression",
-    "KHR_meshopt_compression", "KHR_node_visibility"};
+    "EXT_mesh_gpu_instancing", "KHR_animation_pointer",   "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_node_visibility"};
 
-/// Refuses a URI because of the error that is being handled.
-[[noreturn]] void refuse_uri(const JsonAt& uri, const Error& error) {
-    if (error.kind() != ErrorKind::kBadInput) throw;
-    uri.fail(as_warning(error, uri.file()).text);
+/// Returns work(), whose Error(kBadInput) becomes one about a URI.
+template <class Work>
+auto at_uri(const JsonAt& uri, const Work& work) {
+    try {
+        return work();
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kBadInput) throw;
+        uri.fail("{}", as_warning(error, uri.file()).text);
+    }
 }
 
 std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
@@ -94,23 +99,37 @@ std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
 
 constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
 
-/// A type of components.
+/// A type of components, all of which are exact in a double.
 struct Component {
     /// Its number in the file.
     std::uint64_t id;
     std::size_t size;
-    bool is_float = false;
-    bool is_unsigned = false;
+    bool is_float;
+    bool is_unsigned;
+    /// What 1 is stored as if it is normalized.
+    float largest;
+    double (*value)(const char* bytes);
 };
-constexpr Component kComponents[] = {{5120, 1},
-                                     {5121, 1, false, true},
-                                     {5122, 2},
-                                     {5123, 2, false, true},
-                                     {5125, 4, false, true},
-                                     {5126, 4, true}};
 
-constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
-    {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
+template <class Number>
+constexpr Component component(std::uint64_t id) {
+    constexpr auto kValue = [](const char* bytes) {
+        Number number;
+        std::memcpy(&number, bytes, sizeof number);
+        return static_cast<double>(number);
+    };
+    using Limits = std::numeric_limits<Number>;
+    return {id,
+            sizeof(Number),
+            !Limits::is_integer,
+            std::is_unsigned_v<Number>,
+            static_cast<float>(Limits::max()),
+            kValue};
+}
+
+constexpr Component kComponents[] = {component<std::int8_t>(5120),   component<std::uint8_t>(5121),
+                                     component<std::int16_t>(5122),  component<std::uint16_t>(5123),
+                                     component<std::uint32_t>(5125), component<float>(5126)};
 
 const Component& component_of(const JsonAt& at) {
     const auto* const found = std::ranges::find(kComponents, at.count(), &Component::id);
@@ -120,26 +139,16 @@ const Component& component_of(const JsonAt& at) {
 }
 
 void require_type(const JsonAt& at, std::size_t width) {
-    const auto* const found =
-        std::ranges::find(kTypes, at.text(), &std::pair<std::string_view, std::size_t>::first);
-    if (found == std::end(kTypes))
-        at.fail("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4", quote(at.text()));
-    if (found->second == width) return;
-    at.fail(
-        "must be {} here",
-        std::ranges::find(kTypes, width, &std::pair<std::string_view, std::size_t>::second)->first);
+    const std::string wanted = width == 1    ? "SCALAR"
+                               : width == 16 ? "MAT4"
+                                             : fmt::format("VEC{}", width);
+    if (at.text() != wanted) at.fail("is {}; must be {} here", quote(at.text()), wanted);
 }
 
-/// Elements of a buffer view.
-struct PackedArray {
-    std::string_view bytes;
-    std::size_t stride = 0;
-    const Component& component;
-};
-
-/// The elements of the buffer view that `owner` refers to.
-PackedArray packed(const GltfFile& file, const JsonAt& owner, const Component& component,
-                   std::size_t width, std::size_t count) {
+/// The elements of the buffer view that `owner` refers to. Normalized integers become floats.
+template <class Number>
+std::vector<Number> read(const GltfFile& file, const JsonAt& owner, const Component& component,
+                         std::size_t width, std::size_t count, bool normalized) {
     const View view = file.view(owner.at("bufferView"));
     const std::uint64_t offset = owner.count_or("byteOffset", 0);
     const std::size_t element = width * component.size;
@@ -155,43 +164,15 @@ PackedArray packed(const GltfFile& file, const JsonAt& owner, const Component& c
         owner.fail("bytes {} to {} are not in {}, which has {}", offset, offset + needed,
                    view.at.path(), view.bytes.size());
     }
-    return {view.bytes.substr(offset, needed), stride, component};
-}
-
-template <class T, class Number>
-void read_as(const PackedArray& array, std::size_t width, bool normalized,
-             std::vector<Number>& out) {
-    for (std::size_t i = 0; i * width < out.size(); ++i) {
-        const char* const element = array.bytes.data() + i * array.stride;
-        for (std::size_t k = 0; k < width; ++k) {
-            T value;
-            std::memcpy(&value, element + k * sizeof value, sizeof value);
-            Number& number = out[i * width + k];
-            number = static_cast<Number>(value);
-            if constexpr (std::is_same_v<Number, float> && std::is_integral_v<T>)
-                if (normalized)
-                    number =
-                        std::max(number / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
-        }
+    std::vector<Number> values(count * width);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::size_t at = offset + i / width * stride + i % width * component.size;
+        values[i] = static_cast<Number>(component.value(view.bytes.data() + at));
+        if constexpr (std::is_same_v<Number, float>)
+            if (normalized && !component.is_float)
+                values[i] = std::max(values[i] / component.largest, -1.0f);
     }
-}
-
-template <class Number>
-void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<Number>& out) {
-    switch (array.component.id) {
-        case 5120:
-            return read_as<std::int8_t>(array, width, normalized, out);
-        case 5121:
-            return read_as<std::uint8_t>(array, width, normalized, out);
-        case 5122:
-            return read_as<std::int16_t>(array, width, normalized, out);
-        case 5123:
-            return read_as<std::uint16_t>(array, width, normalized, out);
-        case 5125:
-            return read_as<std::uint32_t>(array, width, normalized, out);
-        default:
-            return read_as<float>(array, width, normalized, out);
-    }
+    return values;
 }
 
 /// Replaces the elements that `sparse` lists.
@@ -206,10 +187,8 @@ void replace_sparse(const GltfFile& file, const JsonAt& sparse, const Component&
     const Component& index_component = component_of(at.at("componentType"));
     if (!index_component.is_unsigned)
         at.at("componentType").fail("must be 5121, 5123 or 5125 here");
-    std::vector<std::uint32_t> indices(count);
-    read(packed(file, at, index_component, 1, count), 1, false, indices);
-    std::vector<Number> given(count * width);
-    read(packed(file, sparse.at("values"), component, width, count), width, normalized, given);
+    const auto indices = read<std::uint32_t>(file, at, index_component, 1, count, false);
+    const auto given = read<Number>(file, sparse.at("values"), component, width, count, normalized);
     for (std::size_t i = 0; i < count; ++i) {
         if (indices[i] >= element_count || (i > 0 && indices[i] <= indices[i - 1])) {
             at.fail("index {} is {}; they must increase and stay below {}", i, indices[i],
@@ -240,9 +219,7 @@ std::vector<Number> read_accessor(const GltfFile& file, const JsonAt& reference,
     if (!is_allowed(component, normalized)) at.at("componentType").fail("must be {}", needed);
     std::vector<Number> values;
     if (at.find("bufferView")) {
-        const PackedArray base = packed(file, at, component, width, count);
-        values.resize(count * width);
-        read(base, width, normalized, values);
+        values = read<Number>(file, at, component, width, count, normalized);
     } else if (count > file.buffer_bytes()) {
         count_at.fail("is {}, but the accessor has no bufferView, and all buffers have {} bytes",
                       count, file.buffer_bytes());
@@ -254,11 +231,6 @@ std::vector<Number> read_accessor(const GltfFile& file, const JsonAt& reference,
 }
 
 }  // namespace
-
-std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name) {
-    const auto extensions = at.find("extensions");
-    return extensions ? extensions->find(std::string(name)) : std::nullopt;
-}
 
 std::optional<std::string> data_of_uri(const JsonAt& uri) {
     const std::string_view text = uri.text();
@@ -278,11 +250,7 @@ std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path
         uri.fail("{} is not followed; put the file beside the scene and give its name only",
                  quote(name));
     }
-    try {
-        return side_file(scene_file, name);
-    } catch (const Error& error) {
-        refuse_uri(uri, error);
-    }
+    return at_uri(uri, [&] { return side_file(scene_file, name); });
 }
 
 GltfFile::GltfFile(const std::filesystem::path& path, const WarnFunction& warn)
@@ -322,24 +290,17 @@ View GltfFile::view(const JsonAt& reference) const {
     return {at, buffer, buffer.bytes.substr(offset, length), offset};
 }
 
-bool GltfFile::uses_extension(std::string_view extension) const {
-    const std::optional<JsonAt> used = root().find("extensionsUsed");
-    for (std::size_t i = 0; used && i < used->size(); ++i)
-        if ((*used)[i].text() == extension) return true;
-    return false;
-}
-
 void GltfFile::require_version() const {
-    const JsonAt asset = root().at("asset");
-    const JsonAt version = asset.find("minVersion") ? asset.at("minVersion") : asset.at("version");
-    const std::string_view text = version.text();
-    if (text == "2.0" || (!asset.find("minVersion") && text.starts_with("2."))) return;
-    version.fail("is {}; only glTF 2.0 is read, convert the file", quote(text));
+    const JsonAt version = root().at("asset").at("version");
+    if (!version.text().starts_with("2."))
+        version.fail("is {}; only glTF 2.0 is read, convert the file", quote(version.text()));
 }
 
 void GltfFile::require_known_extensions(const WarnFunction& warn) const {
-    for (const std::string_view name : kShapesLeftOut) {
-        if (!warn || !uses_extension(name)) continue;
+    const std::optional<JsonAt> used = root().find("extensionsUsed");
+    for (std::size_t i = 0; used && i < used->size(); ++i) {
+        const std::string_view name = (*used)[i].text();
+        if (!warn || std::ranges::find(kShapesLeftOut, name) == std::end(kShapesLeftOut)) continue;
         warn({name_, fmt::format("{} changes shapes, but is not read; write the file without it",
                                  quote(name))});
     }
@@ -348,7 +309,7 @@ void GltfFile::require_known_extensions(const WarnFunction& warn) const {
     for (std::size_t i = 0; required && i < required->size(); ++i) {
         const JsonAt extension = (*required)[i];
         const std::string_view name = extension.text();
-        if (name == kQuantization || name == kTextureTransform || name == kInstancing) continue;
+        if (name == "KHR_mesh_quantization" || name == kTextureTransform) continue;
         if (std::ranges::none_of(kFamiliesLeftOut,
                                  [&](auto family) { return name.starts_with(family); })) {
             extension.fail("the extension {} is required, but not known; write the file without it",
@@ -377,12 +338,10 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::string_view binary_chunk
     } else {
         content.file = file_of_uri(*uri, path_);
         const auto [file, is_new] = files_.try_emplace(content.file);
-        try {
-            if (is_new) file->second = read_input_file(content.file);
-        } catch (const Error& error) {
-            refuse_uri(*uri, error);
+        if (is_new) {
+            file->second = at_uri(*uri, [&] { return read_input_file(content.file); });
+            buffer_bytes_ += file->second.size();
         }
-        if (is_new) buffer_bytes_ += file->second.size();
         content.bytes = file->second;
     }
     if (length > content.bytes.size()) {
@@ -393,19 +352,11 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::string_view binary_chunk
     return content;
 }
 
-std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted) {
-    using Integers = Wanted::Integers;
+std::vector<float> floats(const GltfFile& file, const JsonAt& reference, std::size_t width,
+                          std::size_t vertex_count) {
     return read_accessor<float>(
-        file, reference, wanted.width, wanted.vertex_count,
-        wanted.integers == Integers::kNone
-            ? "5126 (float) here"
-            : "5126 (float) or an integer of 8 or 16 bits that is normalized here",
-        [&](const Component& component, bool normalized) {
-            return component.is_float ||
-                   (component.size < 4 &&
-                    (wanted.integers == Integers::kAny ||
-                     (wanted.integers == Integers::kNormalized && normalized)));
-        });
+        file, reference, width, vertex_count, "5126 (float) or an integer of 8 or 16 bits here",
+        [](const Component& component, bool) { return component.is_float || component.size < 4; });
 }
 
 std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,

@@ -11,15 +11,8 @@
 
 namespace mray::gltf {
 
-/// Allows positions and directions of 8 and 16 bits.
-inline constexpr std::string_view kQuantization = "KHR_mesh_quantization";
 /// Moves, turns and scales the texture coordinates of a texture.
 inline constexpr std::string_view kTextureTransform = "KHR_texture_transform";
-/// Of nodes: one mesh in many places.
-inline constexpr std::string_view kInstancing = "EXT_mesh_gpu_instancing";
-
-/// Returns what the extension of this name says of an object; nothing if it says nothing.
-std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name);
 
 /// The bytes of a "data:" URI, which throws Error(kBadInput) unless in base 64; nothing for others.
 std::optional<std::string> data_of_uri(const JsonAt& uri);
@@ -64,7 +57,6 @@ public:
     View view(const JsonAt& reference) const;
     /// The bytes of all buffers, those that share a file counted once.
     std::uint64_t buffer_bytes() const { return buffer_bytes_; }
-    bool uses_extension(std::string_view extension) const;
 
 private:
     void require_version() const;
@@ -82,21 +74,14 @@ private:
     std::uint64_t buffer_bytes_ = 0;
 };
 
-/// The elements that a reader of numbers accepts.
-struct Wanted {
-    /// The numbers of an element: 1 of a SCALAR, 3 of a VEC3, 16 of a MAT4.
-    std::size_t width = 1;
-    /// Whether integers are accepted: those that are normalised, or any.
-    enum class Integers { kNone, kNormalized, kAny } integers = Integers::kNone;
-    /// The vertices of a primitive, each of which has an element; 0: any number of elements.
-    std::size_t vertex_count = 0;
-};
+/// All numbers of an accessor with `width` numbers an element (3 of a VEC3) and `vertex_count`
+/// elements, unless that is 0: floats, or integers of 8 or 16 bits. Of those that are normalised,
+/// c / 127, c / 255, ... in float, at least -1. Throws Error(kBadInput) with the place that is
+/// wrong, as integers() does.
+std::vector<float> floats(const GltfFile& file, const JsonAt& reference, std::size_t width,
+                          std::size_t vertex_count = 0);
 
-/// All numbers of an accessor. Of integers that are normalised, c / 127, c / 255, ... in float, at
-/// least -1. Throws Error(kBadInput) with the place that is wrong, as integers() does.
-std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted);
-
-/// Not normalised; 32 bits only for a `width` of 1. `vertex_count` is that of Wanted.
+/// Not normalised; 32 bits only for a `width` of 1.
 std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,
                                     std::size_t width, std::size_t vertex_count);
 

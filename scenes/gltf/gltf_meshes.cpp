@@ -15,14 +15,12 @@ constexpr std::uint64_t kMirroredRepeat = 33648;
 constexpr std::uint64_t kRepeat = 10497;
 
 TexcoordUse texcoords_of(const JsonAt& info) {
-    const auto set_of = [](const JsonAt& at, std::uint64_t otherwise) {
-        constexpr std::uint64_t kMostSets = 1000;
-        return static_cast<std::uint32_t>(std::min(at.count_or("texCoord", otherwise), kMostSets));
-    };
-    TexcoordUse use = {.set = set_of(info, 0)};
-    const auto transform = extension_of(info, kTextureTransform);
+    TexcoordUse use = {.set = info.count_or("texCoord", 0)};
+    const auto extensions = info.find("extensions");
+    const auto transform =
+        extensions ? extensions->find(std::string(kTextureTransform)) : std::nullopt;
     if (!transform) return use;
-    use.set = set_of(*transform, use.set);
+    use.set = transform->count_or("texCoord", use.set);
     std::array<double, 2> offset = {0, 0};
     std::array<double, 2> scale = {1, 1};
     transform->numbers_of("offset", offset);
@@ -46,10 +44,7 @@ public:
                          [&] { read(at, material); });
     }
 
-    void tell(const WarnFunction& warn) const {
-        odd_.tell(warn);
-        blends_.tell(warn);
-    }
+    void tell(const WarnFunction& warn) const { odd_.tell(warn); }
 
 private:
     void read(const JsonAt& at, Material& material) {
@@ -68,15 +63,11 @@ private:
                                       cutoff == 0 ? 0 : static_cast<float>(cutoff / factor[3]));
     }
 
-    void warn(const JsonAt& at, const std::string& what) {
-        odd_.add(file_.name(), "{}: {}", at.path(), what);
-    }
-
     /// From where on a material is opaque; 0: everywhere.
     double alpha_cutoff_of(const JsonAt& material) {
         const auto mode = material.find("alphaMode");
         if (mode && mode->text() == "BLEND")
-            blends_.add(file_.name(), "{}: is BLEND; shown opaque", mode->path());
+            odd_.add(file_.name(), "{}: is BLEND; shown opaque", mode->path());
         if (!mode || mode->text() != "MASK") return 0;
         const auto cutoff = material.find("alphaCutoff");
         return cutoff ? std::max(cutoff->number(), 0.0) : 0.5;
@@ -108,8 +99,9 @@ private:
         const JsonAt sampler = file_.element("samplers", *index);
         const std::uint64_t s = sampler.count_or("wrapS", kRepeat);
         const std::uint64_t t = sampler.count_or("wrapT", kRepeat);
-        if (s != t) warn(sampler, "wraps differently along s and t; t is taken as s");
-        if (s == kMirroredRepeat) warn(sampler, "repeats mirrored; taken as repeated");
+        if (s != t || s == kMirroredRepeat)
+            odd_.add(file_.name(), "{}: repeats mirrored or along one side; taken as {}",
+                     sampler.path(), s == kClampToEdge ? "clamped" : "repeated");
         return s == kClampToEdge;
     }
 
@@ -140,7 +132,7 @@ private:
     Materials& result_;
     /// By their indices in the file.
     std::map<std::uint32_t, TextureFile> images_;
-    WarningCount odd_, blends_;
+    WarningCount odd_;
 };
 
 // Joints are numbers of 16 bits.
@@ -171,10 +163,8 @@ void require_weights(const JsonAt& at, std::span<const float> weights) {
     }
 }
 
-/// A vertex without a weight above 0 is an error; if lenient, it moves with its first joint, with a
-/// warning.
-Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
-                           bool lenient, WarningCount& unweighted) {
+Influences read_influences(const GltfFile& file, const JsonAt& attributes,
+                           std::size_t vertex_count) {
     std::vector<std::vector<std::uint32_t>> joints;
     std::vector<std::vector<float>> weights;
     for (;;) {
@@ -185,8 +175,7 @@ Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::
         if (!joint && !weight) break;
         if (!joint || !weight) attributes.fail("has no {}", names[joint ? 1 : 0]);
         joints.push_back(integers(file, *joint, kPerSet, vertex_count));
-        weights.push_back(
-            floats(file, *weight, {kPerSet, Wanted::Integers::kNormalized, vertex_count}));
+        weights.push_back(floats(file, *weight, kPerSet, vertex_count));
         require_weights(*weight, weights.back());
     }
     Influences result;
@@ -204,26 +193,12 @@ Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::
             const float weight = weights[i / kPerSet][at];
             if (weight > 0) add(joints[i / kPerSet][at], weight);
         }
-        if (result.joints.size() == begin) {
-            const std::string what = fmt::format("vertex {} has no weight above 0", vertex);
-            if (!lenient) attributes.fail(what + "; repair it", Hint::kLenient);
-            unweighted.add(file.name(), "{}: {}; moves with its first joint", attributes.path(),
-                           what);
-            add(joints[0][kPerSet * vertex], 1);
-        }
+        if (result.joints.size() == begin)
+            attributes.fail("vertex {} has no weight above 0", vertex);
         // The joint of a weight that is not needed is one that moves the vertex.
         while (result.joints.size() < begin + result.per_vertex) add(result.joints[begin], 0);
     }
     return result;
-}
-
-using Integers = Wanted::Integers;
-
-std::vector<vec3> as_vectors(const std::vector<float>& values) {
-    std::vector<vec3> vectors(values.size() / 3);
-    for (std::size_t i = 0; i < vectors.size(); ++i)
-        vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-    return vectors;
 }
 
 // Modes of primitives: smaller ones are points and lines, the last one is 6, a fan.
@@ -250,14 +225,12 @@ std::vector<uvec3> triangles_of(std::uint64_t mode, std::span<const std::uint32_
 }
 
 /// The accessors that make a vertex set: primitives with the same ones share it.
-using SetKey = std::vector<std::pair<std::string, std::uint64_t>>;
-
-SetKey key_of_set(const JsonAt& primitive) {
-    SetKey accessors;
+std::string key_of_set(const JsonAt& primitive) {
+    std::string key;
     const JsonAt attributes = primitive.at("attributes");
     const auto add = [&](const std::string& name) {
         const auto reference = attributes.find(name);
-        if (reference) accessors.emplace_back(name, reference->count());
+        if (reference) key += fmt::format("{} {} ", name, reference->count());
         return reference.has_value();
     };
     add("POSITION");
@@ -266,24 +239,21 @@ SetKey key_of_set(const JsonAt& primitive) {
     const auto targets = primitive.find("targets");
     for (std::size_t i = 0; targets && i < targets->size(); ++i) {
         const auto position = (*targets)[i].find("POSITION");
-        accessors.emplace_back("target", position ? position->count() : ~std::uint64_t{0});
+        key += position ? fmt::format("target {} ", position->count()) : "target ";
     }
-    return accessors;
+    return key;
 }
 
 class MeshReader {
 public:
     MeshReader(const GltfFile& file, const Materials& materials, const AnimationOptions& options)
-        : file_(file),
-          materials_(materials),
-          options_(options),
-          is_quantized_(file.uses_extension(kQuantization)) {}
+        : file_(file), materials_(materials), options_(options) {}
 
     Mesh read(std::size_t index) {
         const JsonAt at = file_.element("meshes", index);
         Mesh mesh;
         const JsonAt primitives = at.at("primitives");
-        std::map<SetKey, std::size_t> sets;
+        std::map<std::string, std::size_t> sets;
         for (std::size_t i = 0; i < primitives.size(); ++i) {
             const JsonAt primitive = primitives[i];
             const auto targets = primitive.find("targets");
@@ -301,13 +271,12 @@ public:
     }
     /// Gives the warnings, once all meshes have been read.
     void finish() const {
-        for (const WarningCount* count :
-             {&left_out_, &unweighted_, &without_texcoords_, &appearance_})
-            count->tell(options_.warn);
+        left_out_.tell(options_.warn);
+        appearance_.tell(options_.warn);
     }
 
 private:
-    void read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets) {
+    void read_primitive(const JsonAt& at, Mesh& mesh, std::map<std::string, std::size_t>& sets) {
         const std::uint64_t mode = at.count_or("mode", kTriangles);
         if (mode > 6) at.at("mode").fail("is {}; must be from 0 to 6", mode);
         const JsonAt attributes = at.at("attributes");
@@ -334,12 +303,12 @@ private:
         mesh.primitives.push_back(std::move(primitive));
     }
 
-    Integers quantized(Integers otherwise) const {
-        return is_quantized_ ? Integers::kAny : otherwise;
-    }
-
     std::vector<vec3> read_vectors(const JsonAt& reference, std::size_t vertex_count) {
-        return as_vectors(floats(file_, reference, {3, quantized(Integers::kNone), vertex_count}));
+        const std::vector<float> values = floats(file_, reference, 3, vertex_count);
+        std::vector<vec3> vectors(values.size() / 3);
+        for (std::size_t i = 0; i < vectors.size(); ++i)
+            vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+        return vectors;
     }
 
     VertexSet read_set(const JsonAt& at) {
@@ -352,8 +321,7 @@ private:
             if (const auto moved = (*targets)[i].find("POSITION"))
                 target = read_vectors(*moved, set.positions.size());
         }
-        set.influences =
-            read_influences(file_, attributes, set.positions.size(), options_.lenient, unweighted_);
+        set.influences = read_influences(file_, attributes, set.positions.size());
         return set;
     }
 
@@ -392,14 +360,8 @@ private:
         const TexcoordUse& use = material.texcoords;
         if (material.texture == kNoTexture) return {};
         const auto reference = attributes.find(fmt::format("TEXCOORD_{}", use.set));
-        if (!reference) {
-            without_texcoords_.add(file_.name(),
-                                   "{}: has no TEXCOORD_{} for its texture; has its colour alone",
-                                   attributes.path(), use.set);
-            return {};
-        }
-        const std::vector<float> values =
-            floats(file_, *reference, {2, quantized(Integers::kNormalized), vertex_count});
+        if (!reference) attributes.fail("has no TEXCOORD_{} for its texture", use.set);
+        const std::vector<float> values = floats(file_, *reference, 2, vertex_count);
         std::vector<Texcoord> texcoords(vertex_count);
         for (std::size_t i = 0; i < vertex_count; ++i) {
             const auto mapped = [&](const std::array<double, 3>& row) {
@@ -420,9 +382,8 @@ private:
     const GltfFile& file_;
     const Materials& materials_;
     const AnimationOptions& options_;
-    bool is_quantized_;
     std::uint64_t triangle_count_ = 0;
-    WarningCount left_out_, unweighted_, without_texcoords_, appearance_;
+    WarningCount left_out_, appearance_;
 };
 
 }  // namespace
@@ -448,7 +409,7 @@ Skin read_skin(const GltfFile& file, std::size_t index) {
     skin.inverse_binds.resize(joint_count);
     const auto reference = at.find("inverseBindMatrices");
     if (!reference) return skin;
-    const std::vector<float> values = floats(file, *reference, {.width = 16});
+    const std::vector<float> values = floats(file, *reference, 16);
     if (values.size() / 16 < joint_count)
         reference->fail("has {} matrices for {} joints", values.size() / 16, joint_count);
     for (std::size_t i = 0; i < joint_count; ++i)

@@ -12,7 +12,7 @@ namespace mray::gltf {
 /// The texture coordinates of a material: those of attribute TEXCOORD_`set`. Maps glTF's (u, v),
 /// with v from the top, to (u[0] * u + u[1] * v + u[2], v[0] * u + v[1] * v + v[2]) of an image.
 struct TexcoordUse {
-    std::uint32_t set = 0;
+    std::uint64_t set = 0;
     std::array<double, 3> u = {1, 0, 0};
     std::array<double, 3> v = {0, 1, 0};
 };

@@ -33,57 +33,10 @@ void read_transformation(const JsonAt& at, Node& node) {
     }
 }
 
-/// The places of the instances of a node's mesh (kInstancing); nothing without them.
-std::vector<Trs> read_instances(const JsonAt& node, const GltfFile& file) {
-    const auto extension = extension_of(node, kInstancing);
-    const auto attributes = extension ? extension->find("attributes") : std::nullopt;
-    std::vector<Trs> instances;
-    if (!attributes) return instances;
-    const auto read = [&](const char* name, std::size_t width, auto member) {
-        const auto reference = attributes->find(name);
-        if (!reference) return;
-        const std::vector<float> values =
-            floats(file, *reference, {.width = width, .integers = Wanted::Integers::kNormalized});
-        if (instances.empty()) instances.resize(values.size() / width);
-        if (instances.size() != values.size() / width)
-            reference->fail("has {} elements, but another attribute {}", values.size() / width,
-                            instances.size());
-        for (std::size_t i = 0; i < instances.size(); ++i)
-            std::copy_n(&values[width * i], width, &(instances[i].*member).x);
-    };
-    read("TRANSLATION", 3, &Trs::translation);
-    read("ROTATION", 4, &Trs::rotation);
-    read("SCALE", 3, &Trs::scale);
-    for (Trs& instance : instances) instance.rotation = unit_quaternion(instance.rotation);
-    return instances;
-}
-
-/// Makes the instances of a mesh nodes below its own.
-void add_instances(const GltfFile& file, std::vector<Node>& nodes) {
-    const std::size_t count = nodes.size();
-    for (std::size_t i = 0; i < count; ++i) {
-        // Joints place a skinned mesh, wherever its node is.
-        if (!nodes[i].mesh || nodes[i].skin) continue;
-        const std::vector<Trs> places = read_instances(file.element("nodes", i), file);
-        nodes[i].has_instances = !places.empty();
-        for (const Trs& place : places) {
-            nodes[i].children.push_back(static_cast<std::uint32_t>(nodes.size()));
-            Node instance;
-            instance.file_index = static_cast<std::uint32_t>(i);
-            instance.parent = instance.file_index;
-            instance.trs = place;
-            instance.mesh = nodes[i].mesh;
-            instance.weights = nodes[i].weights;
-            nodes.push_back(std::move(instance));
-        }
-    }
-}
-
 /// Reads a node, and makes it the parent of its children.
 void read_node(const GltfFile& file, std::uint32_t index, std::vector<Node>& nodes) {
     const JsonAt at = file.element("nodes", index);
     Node& node = nodes[index];
-    node.file_index = index;
     const auto children = at.find("children");
     for (std::size_t i = 0; children && i < children->size(); ++i) {
         const JsonAt child = (*children)[i];
@@ -124,35 +77,27 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) 
     if (scene_count == 0) return tree.parents_first;
     const auto roots = file.element("scenes", index).find("nodes");
     if (!roots) return {};
-    const std::size_t node_count = tree.nodes.size();
-    std::vector<std::uint32_t> listed;
-    std::vector<bool> is_listed(node_count);
-    for (std::size_t i = 0; i < roots->size(); ++i) {
-        const std::uint32_t root = (*roots)[i].index_below(file.count("nodes"), "nodes");
-        if (is_listed[root]) (*roots)[i].fail("is {}, which is there twice", root);
-        is_listed[root] = true;
-        listed.push_back(root);
-    }
-    // A node below a listed one is in its tree already.
-    std::vector<bool> is_below(node_count);
-    for (const std::uint32_t node : tree.parents_first) {
-        const std::uint32_t parent = tree.nodes[node].parent;
-        is_below[node] = parent != kNoNode && (is_listed[parent] || is_below[parent]);
-    }
     std::vector<std::uint32_t> order;
-    for (const std::uint32_t root : listed)
-        if (!is_below[root]) append_tree(tree.nodes, root, order);
+    std::vector<bool> is_listed(tree.nodes.size());
+    for (std::size_t i = 0; i < roots->size(); ++i) {
+        const JsonAt at = (*roots)[i];
+        const std::uint32_t root = at.index_below(tree.nodes.size(), "nodes");
+        if (is_listed[root]) at.fail("is {}, which is there twice", root);
+        is_listed[root] = true;
+        const std::uint32_t parent = tree.nodes[root].parent;
+        if (parent != kNoNode)
+            at.fail("is {}, which is a child of nodes[{}]; scenes list roots", root, parent);
+        append_tree(tree.nodes, root, order);
+    }
     return order;
 }
 
-/// The nodes of the file, and after them one for each instance of EXT_mesh_gpu_instancing. Throws
-/// Error(kBadInput), also for a node with two parents or one that is its own ancestor.
+/// Throws Error(kBadInput), also for a node with two parents or one that is its own ancestor.
 NodeTree read_nodes(const GltfFile& file) {
     NodeTree tree;
     const auto count = static_cast<std::uint32_t>(file.count("nodes"));
     tree.nodes.resize(count);
     for (std::uint32_t i = 0; i < count; ++i) read_node(file, i, tree.nodes);
-    add_instances(file, tree.nodes);
     for (std::uint32_t i = 0; i < count; ++i)
         if (tree.nodes[i].parent == kNoNode) append_tree(tree.nodes, i, tree.parents_first);
     std::vector<bool> is_reached(tree.nodes.size());
@@ -229,12 +174,11 @@ private:
         scene_.animation.channels.push_back(channel);
     }
 
-    std::span<const float> numbers_of(const JsonAt& reference, const Wanted& wanted) {
-        const std::tuple key(reference.index_below(file_.count("accessors"), "accessors"),
-                             wanted.width, wanted.integers != Wanted::Integers::kNone);
+    std::span<const float> numbers_of(const JsonAt& reference, std::size_t width) {
+        const std::pair key(reference.index_below(file_.count("accessors"), "accessors"), width);
         auto known = scene_.animation.numbers.find(key);
         if (known == scene_.animation.numbers.end()) {
-            std::vector<float> values = floats(file_, reference, wanted);
+            std::vector<float> values = floats(file_, reference, width);
             known = scene_.animation.numbers.emplace(key, std::move(values)).first;
             for (std::size_t i = 0; i < known->second.size(); ++i)
                 if (!std::isfinite(known->second[i])) reference.fail("number {} is not finite", i);
@@ -243,7 +187,7 @@ private:
     }
 
     std::span<const float> times_of(const JsonAt& reference) {
-        const std::span<const float> times = numbers_of(reference, {});
+        const std::span<const float> times = numbers_of(reference, 1);
         for (std::size_t i = 0; i < times.size(); ++i) {
             if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
                 continue;
@@ -254,11 +198,8 @@ private:
     }
 
     std::span<const float> values_of(const JsonAt& reference, const Channel& channel) {
-        const bool is_scalar = channel.target == Target::kWeights;
-        const bool may_be_integers = is_scalar || channel.target == Target::kRotation;
-        const std::span<const float> values = numbers_of(
-            reference, {is_scalar ? 1 : channel.width,
-                        may_be_integers ? Wanted::Integers::kNormalized : Wanted::Integers::kNone});
+        const std::span<const float> values =
+            numbers_of(reference, channel.target == Target::kWeights ? 1 : channel.width);
         const std::size_t parts =
             channel.interpolation == Interpolation::kCubicSpline ? kSplineValues : 1;
         if (values.size() / parts / channel.width != channel.times.size() ||
@@ -307,8 +248,6 @@ constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
 // Each has a weight in every pose.
 constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 
-bool shows_mesh(const Node& node) { return node.mesh && !node.has_instances; }
-
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const AnimationOptions& options)
@@ -328,7 +267,7 @@ public:
         require_limits();
         find_mirrored();
         for (const std::uint32_t node : scene_.tree.scene)
-            if (shows_mesh(scene_.tree.nodes[node])) add_node(node);
+            if (scene_.tree.nodes[node].mesh) add_node(node);
         if (!has_normals_) scene_.smooth = {};
         if (!has_textures_) scene_.textures = {};
         // Frees the lists that the topology was made from.
@@ -357,7 +296,7 @@ private:
         const Node& node = scene_.tree.nodes[index];
         if (!node.mesh) return;
         const Mesh& mesh = scene_.meshes.at(*node.mesh);
-        const JsonAt at = file_.element("nodes", node.file_index);
+        const JsonAt at = file_.element("nodes", index);
         if (!node.weights.empty() && node.weights.size() != mesh.target_count) {
             at.at("weights").fail("has {} numbers for {} morph targets", node.weights.size(),
                                   mesh.target_count);
@@ -377,7 +316,7 @@ private:
         std::uint64_t targets = 0;
         for (const std::uint32_t index : scene_.tree.scene) {
             const Node& node = scene_.tree.nodes[index];
-            if (!shows_mesh(node)) continue;
+            if (!node.mesh) continue;
             const Mesh& mesh = scene_.meshes.at(*node.mesh);
             for (const Primitive& primitive : mesh.primitives)
                 triangles += primitive.triangles.size();
@@ -385,10 +324,10 @@ private:
             targets += mesh.sets.size() * mesh.target_count;
             if (triangles <= kMaxTriangles && vertices <= kMaxVertices && targets <= kMaxTargets)
                 continue;
-            file_.element("nodes", node.file_index)
+            file_.element("nodes", index)
                 .at("mesh")
                 .fail(
-                    "all instances have more than 2^28 triangles or 2^22 morph targets; split the "
+                    "all nodes have more than 2^28 triangles or 2^22 morph targets; split the "
                     "scene");
         }
         if (options_.check_size) options_.check_size(triangles, vertices);

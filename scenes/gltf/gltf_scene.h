@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <tuple>
 
 #include "scenes/gltf/gltf_meshes.h"
 
@@ -11,16 +10,12 @@ namespace mray::gltf {
 inline constexpr std::uint32_t kNoNode = 0xFFFFFFFFu;
 
 struct Node {
-    /// Its index in the file. Instances of a node's mesh are nodes below it with the same one.
-    std::uint32_t file_index = 0;
     std::uint32_t parent = kNoNode;
     std::vector<std::uint32_t> children;
     /// Maps to the parent's space; replaced by `matrix` if there is one.
     Trs trs;
     std::optional<Affine> matrix;
     std::optional<std::uint32_t> mesh;
-    /// Whether nodes below it show the mesh in its place.
-    bool has_instances = false;
     std::optional<std::uint32_t> skin;
     /// Weights of morph targets; empty: the mesh's weights.
     std::vector<double> weights;
@@ -34,8 +29,6 @@ struct NodeTree {
     /// Parents before their children; all nodes of the file.
     std::vector<std::uint32_t> parents_first;
     /// The nodes of the default scene, of scene 0, or without scenes of all roots; depth first.
-    /// Each is there once, even if the scene also lists its ancestors; a node's parents may be
-    /// missing.
     std::vector<std::uint32_t> scene;
 };
 
@@ -63,8 +56,8 @@ struct ChannelSet {
     /// The last time of any channel.
     double seconds = 0;
 
-    /// By the index of the accessor, the numbers an element has, and whether it may have integers.
-    std::map<std::tuple<std::uint32_t, std::size_t, bool>, std::vector<float>> numbers = {};
+    /// By the index of the accessor, and the numbers an element has.
+    std::map<std::pair<std::uint32_t, std::size_t>, std::vector<float>> numbers = {};
 };
 
 /// A vertex set as a node places it: vertices of the animation from first_vertex on.

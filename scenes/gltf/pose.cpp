@@ -211,7 +211,7 @@ Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
     for (Affine& map : pose.to_world) map.column[3] -= origin.at;
     for (const PlacedSet& placed : scene.placed_sets) {
         const Node& node = nodes[placed.node];
-        const auto animated = weights.find(node.file_index);
+        const auto animated = weights.find(placed.node);
         pose.weights.push_back(animated != weights.end() ? animated->second
                                : node.weights.empty()    ? scene.meshes.at(*node.mesh).weights
                                                          : node.weights);

@@ -17,13 +17,6 @@ JsonTree parse_json(std::string_view text, const std::string& file) {
     throw Error(ErrorKind::kBadInput, "{}: {}", file, what);
 }
 
-void JsonAt::fail(const std::string& what, Hint hint) const {
-    throw Error(ErrorKind::kBadInput,
-                path_.empty() ? fmt::format("{}: {}", file_, what)
-                              : fmt::format("{}: {}: {}", file_, path_, what),
-                hint);
-}
-
 std::optional<JsonAt> JsonAt::find(const std::string& key) const {
     if (!value_.is_object()) fail("must be an object");
     const auto member = value_.find(key);

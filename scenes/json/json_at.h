@@ -27,10 +27,10 @@ public:
     /// Such as "accessors[3].byteOffset"; empty for the whole file.
     const std::string& path() const { return path_; }
     const std::string& file() const { return file_; }
-    [[noreturn]] void fail(const std::string& what, Hint hint = Hint::kNone) const;
     template <class... Values>
     [[noreturn]] void fail(fmt::format_string<Values...> what, Values&&... values) const {
-        fail(fmt::format(what, std::forward<Values>(values)...));
+        throw Error(ErrorKind::kBadInput, "{}{}{}: {}", file_, path_.empty() ? "" : ": ", path_,
+                    fmt::format(what, std::forward<Values>(values)...));
     }
 
     bool is_text() const { return value_.is_string(); }

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "common/text/text.h"
 
 namespace mray {
@@ -19,7 +17,6 @@ void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
                    const MeshFileOptions& options) {
     mesh.origin = options.origin ? *options.origin : origin_of(file);
     mesh.positions = mesh.origin.to_world(file);
-    mesh.is_coarse = options.origin && mesh.origin.rounds_coarsely(file);
 }
 
 void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind) {
@@ -37,11 +34,15 @@ bool MeshRules::are_good(std::span<const vec3> positions) {
     return bad == 0;
 }
 
-std::optional<std::string> MeshRules::bad_vertex(std::span<const vec3> positions) {
+std::optional<Warning> MeshRules::check_frame(const std::string& file, double frame,
+                                              std::span<const vec3> positions, bool lenient) {
     const auto bad = std::ranges::find_if_not(positions, [](const vec3& p) { return is_good(p); });
     if (bad == positions.end()) return std::nullopt;
-    return fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30",
-                       bad - positions.begin());
+    const std::string what =
+        fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30", frame,
+                    bad - positions.begin());
+    if (!lenient) fail(file, what + "; repair it", Hint::kLenient);
+    return Warning{file, what + "; kept as it is"};
 }
 
 void MeshRules::take_bad_coordinate(double value, std::string_view text) {

@@ -1,6 +1,7 @@
 // A mesh as a file has it, and the rules for vertices and faces that all formats share.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -31,8 +32,6 @@ inline constexpr Albedo kClay = 0x0033548A;
 /// The faces of the file that have three corners or more, in their order.
 struct FileMesh {
     Origin origin;
-    /// Whether the origin rounds them coarsely: they are too far from it.
-    bool is_coarse = false;
     /// Each vertex of the file, in world space (Origin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;
@@ -95,6 +94,15 @@ private:
     std::uint64_t count_ = 0;
 };
 
+/// Removes the first word and the blanks before it; empty if there is none.
+inline std::string_view take_word(std::string_view& rest) {
+    const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+    const auto* const begin = std::find_if_not(rest.begin(), rest.end(), is_blank);
+    const auto* const end = std::find_if(begin, rest.end(), is_blank);
+    rest = {end, static_cast<std::size_t>(rest.end() - end)};
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
+
 /// Returns where a reader is, such as "mesh.obj:12".
 using PlaceText = std::function<std::string()>;
 
@@ -117,13 +125,15 @@ public:
     }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
-    /// Describes the first vertex that is not good; nothing if all are.
-    static std::optional<std::string> bad_vertex(std::span<const vec3> positions);
+    /// Throws Error(kBadInput) about the first vertex of a frame that is not good. If lenient,
+    /// returns a warning.
+    static std::optional<Warning> check_frame(const std::string& file, double frame,
+                                              std::span<const vec3> positions, bool lenient);
     /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
     void take_bad_coordinate(double value, std::string_view text);
     /// Leaves out faces of two corners, as which exporters write edges, with a warning. Unless
     /// lenient, throws Error(kBadInput) for fewer, and for two if `is_cut`: the file may end there.
-    bool keeps_face(std::uint64_t corners, bool is_cut);
+    bool keeps_face(std::uint64_t corners, bool is_cut = false);
     /// Throws Error(kLimit) if there are more than kMaxTriangles.
     void count_triangles(std::uint64_t count);
     /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.

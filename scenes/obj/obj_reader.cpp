@@ -45,8 +45,10 @@ public:
     /// Whether the current statement ends the file without a line end.
     bool may_be_cut() const { return !has_line_end_; }
     std::string place() const { return fmt::format("{}:{}", name_, line_); }
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
+    template <class... Values>
+    [[noreturn]] void fail(fmt::format_string<Values...> what, Values&&... values) const {
+        throw Error(ErrorKind::kBadInput, "{}: {}", place(),
+                    fmt::format(what, std::forward<Values>(values)...));
     }
 
 private:
@@ -56,10 +58,8 @@ private:
         for (; length < rest_.size() && rest_[length] != '\n' && rest_[length] != '\r'; ++length) {
             const auto c = static_cast<unsigned char>(rest_[length]);
             if (c >= 32 || c == '\t' || c == '\f') continue;
-            fail(
-                fmt::format("control character 0x{:02X}; this is binary data or UTF-16, save it as "
-                            "UTF-8 text",
-                            c));
+            fail("control character 0x{:02X}; this is binary data or UTF-16, save it as UTF-8 text",
+                 c);
         }
         const std::string_view line = rest_.substr(0, length);
         has_line_end_ = length < rest_.size();
@@ -76,15 +76,13 @@ private:
     std::string joined_;
 };
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
 /// Removes and returns the next word; empty at the end of the statement or at a comment.
 std::string_view next_word(std::string_view& rest) {
-    const auto* const begin = std::find_if_not(rest.begin(), rest.end(), is_blank);
-    if (begin == rest.end() || *begin == '#') return {};
-    const auto* const end = std::find_if(begin, rest.end(), is_blank);
-    rest = std::string_view(end, static_cast<std::size_t>(rest.end() - end));
-    return {begin, static_cast<std::size_t>(end - begin)};
+    std::string_view after = rest;
+    const std::string_view word = take_word(after);
+    if (word.starts_with('#')) return {};
+    rest = after;
+    return word;
 }
 
 constexpr Albedo kWhite = 0x00FFFFFF;
@@ -172,7 +170,8 @@ public:
         }
         while (!names.empty() && names.front() != '#') {
             std::size_t end = 0;
-            while (end < names.size() && (!is_blank(names[end]) || names[end - 1] == '\\')) ++end;
+            do end = std::min(names.find_first_of(kBlanks, end + 1), names.size());
+            while (end < names.size() && names[end - 1] == '\\');
             try {
                 read_library(find_side_file(path_, file_name_of(names.substr(0, end))));
             } catch (const Error& error) {
@@ -365,15 +364,13 @@ private:
         std::size_t count = 0;
         for (auto word = next_word(words); !word.empty(); word = next_word(words)) {
             const std::optional<double> number = parse_coordinate(word);
-            if (!number) lines_.fail(not_a_number(word));
+            if (!number) lines_.fail("{}", not_a_number(word));
             if (count < numbers.size()) numbers[count] = *number;
             if (++count <= 3 && !MeshRules::is_good(*number))
                 rules_.take_bad_coordinate(*number, word);
         }
-        if (count < 3) {
-            lines_.fail(fmt::format(
-                "vertex of {} numbers where 3 are needed; is the file complete?", count));
-        }
+        if (count < 3)
+            lines_.fail("vertex of {} numbers where 3 are needed; is the file complete?", count);
         positions_.emplace_back(numbers[0], numbers[1], numbers[2]);
         // A fourth number is a weight.
         if (count <= 4 || options_.positions_only) return;

@@ -41,8 +41,7 @@ struct PlyElement {
     std::string name;
     std::uint64_t count = 0;
     std::vector<PlyProperty> properties = {};
-    /// Line of the header, from 1.
-    std::uint64_t line = 0;
+    std::uint64_t line = 0;  // of the header
 
     bool has(const PlyAxes& axes) const {
         return std::ranges::all_of(axes, [&](std::string_view axis) {
@@ -55,7 +54,7 @@ struct PlyElement {
 };
 
 struct PlyHeader {
-    PlyEncoding encoding = PlyEncoding::kText;
+    std::optional<PlyEncoding> encoding = {};
     std::vector<PlyElement> elements;
     bool has_textures = false;
     /// What follows the header, and the number of its last line.
@@ -96,10 +95,7 @@ std::string_view take_line(std::string_view& text) {
 std::vector<std::string_view> words_of(std::string_view line) {
     constexpr std::size_t kMostWords = 6;
     std::vector<std::string_view> words;
-    while (!line.empty() && words.size() < kMostWords) {
-        words.push_back(line.substr(0, line.find_first_of(kBlanks)));
-        line = trimmed(line.substr(words.back().size()), kBlanks);
-    }
+    while (!line.empty() && words.size() < kMostWords) words.push_back(take_word(line));
     return words;
 }
 
@@ -114,28 +110,25 @@ public:
         ++header_.line;
         if (take_line(header_.rest) != "ply")
             fail(R"(not a PLY file; the first line must be "ply")");
-        bool has_format = false;
-        for (bool is_done = false; !is_done;) {
-            const std::string_view line = next_line();
+        for (;;) {
+            ++header_.line;
+            if (header_.rest.empty()) fail("no end_header; is the file complete?");
+            const std::string_view line = take_line(header_.rest);
             const std::vector<std::string_view> words = words_of(line);
             // As MeshLab writes it.
             header_.has_textures |= line.starts_with("comment TextureFile ");
             if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
-            if (words[0] == "format") {
+            if (words[0] == "end_header") break;
+            if (words[0] == "format")
                 read_format(words);
-                has_format = true;
-            } else if (words[0] == "element") {
+            else if (words[0] == "element")
                 read_element(words);
-            } else if (words[0] == "property") {
+            else if (words[0] == "property")
                 read_property(words);
-            } else if (words[0] == "end_header") {
-                is_done = true;
-            } else {
-                fail(fmt::format("unknown statement {} in the header; is the file damaged?",
-                                 quote(line)));
-            }
+            else
+                fail("unknown statement " + quote(line) + " in the header; is the file damaged?");
         }
-        if (!has_format) fail("no format before this line; is the file complete?");
+        if (!header_.encoding) fail("no format before this line; is the file complete?");
         for (const PlyElement& element : header_.elements) require_meaning(element);
         return std::move(header_);
     }
@@ -144,12 +137,6 @@ private:
     [[noreturn]] void fail(const std::string& what) const { fail_at(header_.line, what); }
     [[noreturn]] void fail_at(std::uint64_t line, const std::string& what) const {
         throw Error(ErrorKind::kBadInput, "{}:{}: {}", name_, line, what);
-    }
-
-    std::string_view next_line() {
-        ++header_.line;
-        if (header_.rest.empty()) fail("no end_header; is the file complete?");
-        return take_line(header_.rest);
     }
 
     void read_format(const std::vector<std::string_view>& words) {
@@ -207,8 +194,6 @@ private:
                     "faces without vertex_indices or vertex_index, a list of integers; write the "
                     "file again with corners");
         }
-        if (element.name == "tristrips" && element.count > 0)
-            fail_at(element.line, "triangle strips are not read; write the file again with faces");
     }
 
     const std::string& name_;
@@ -235,8 +220,10 @@ public:
     std::string place() const { return fmt::format("{}{}", place_prefix(), line_or_byte()); }
     std::string place_prefix() const { return name_ + (is_text_ ? ":" : ": byte "); }
     std::uint64_t line_or_byte() const { return is_text_ ? line_ : file_size_ - left_at_begin_; }
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
+    template <class... Values>
+    [[noreturn]] void fail(fmt::format_string<Values...> what, Values&&... values) const {
+        throw Error(ErrorKind::kBadInput, "{}: {}", place(),
+                    fmt::format(what, std::forward<Values>(values)...));
     }
 
     void begin(const PlyElement& element, std::uint64_t item) {
@@ -255,14 +242,14 @@ public:
         if (!is_text_) return take_value(type);
         const std::string_view word = next_word();
         const auto number = parse_coordinate(word);
-        if (!number) fail(not_a_number(word));
+        if (!number) fail("{}", not_a_number(word));
         return *number;
     }
     std::int64_t integer(const PlyType& type) {
         if (!is_text_) return static_cast<std::int64_t>(take_value(type));
         const std::string_view word = next_word();
         const auto number = parse_integer(word);
-        if (!number) fail(fmt::format("{} is not a whole number; a list needs one", quote(word)));
+        if (!number) fail("{} is not a whole number; a list needs one", quote(word));
         return *number;
     }
     void skip(const PlyType& type) {
@@ -273,8 +260,6 @@ public:
     }
 
 private:
-    static bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
     /// Goes to the next line that is not blank.
     void next_row() {
         for (row_ = {}; row_.empty();) {
@@ -285,23 +270,17 @@ private:
     }
 
     [[noreturn]] void fail_row() const {
-        fail(
-            fmt::format("more or fewer values than {} has; is the header right, and the file "
-                        "complete?",
-                        quote(element_->name)));
+        fail("more or fewer values than {} has; is the header right, and the file complete?",
+             quote(element_->name));
     }
     [[noreturn]] void fail_end() const {
-        fail(fmt::format("ends within {} {} of {}; is the file complete?", quote(element_->name),
-                         item_, element_->count));
+        fail("ends within {} {} of {}; is the file complete?", quote(element_->name), item_,
+             element_->count);
     }
 
     std::string_view next_word() {
         if (row_.empty()) fail_row();
-        const auto* const end = std::find_if(row_.begin(), row_.end(), is_blank);
-        const std::string_view word(row_.begin(), static_cast<std::size_t>(end - row_.begin()));
-        const auto* const next = std::find_if_not(end, row_.end(), is_blank);
-        row_.remove_prefix(static_cast<std::size_t>(next - row_.begin()));
-        return word;
+        return take_word(row_);
     }
 
     const char* take(std::size_t size) {
@@ -446,7 +425,7 @@ private:
 
     void read_list(const PlyProperty& property) {
         const std::int64_t count = values_.integer(*property.count_type);
-        if (count < 0) values_.fail(fmt::format("list of {} entries; is the header right?", count));
+        if (count < 0) values_.fail("list of {} entries; is the header right?", count);
         corners_.clear();
         for (std::int64_t i = 0; i < count; ++i) {
             if (property.has_corners)
@@ -457,7 +436,7 @@ private:
         if (property.has_corners) add_face();
     }
     void add_face() {
-        if (!rules_.keeps_face(corners_.size(), false)) return;
+        if (!rules_.keeps_face(corners_.size())) return;
         for (const std::int64_t corner : corners_) {
             if (corner >= 0 && static_cast<std::uint64_t>(corner) < vertex_count_) continue;
             return rules_.leave_out(

@@ -25,8 +25,11 @@ struct Pattern {
 /// The names of files that match a pattern, by their numbers.
 using NumberedNames = std::map<std::uint64_t, std::string>;
 
-[[noreturn]] void fail_at(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), hint);
+template <class... Values>
+[[noreturn]] void fail_at(const fs::path& path, fmt::format_string<Values...> what,
+                          Values&&... values) {
+    throw Error(ErrorKind::kBadInput, "{}: {}", escape(path),
+                fmt::format(what, std::forward<Values>(values)...));
 }
 
 std::vector<std::string> file_names(const fs::path& folder) {
@@ -38,8 +41,7 @@ std::vector<std::string> file_names(const fs::path& folder) {
         if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
     }
     if (error == std::errc::not_enough_memory) throw std::bad_alloc();
-    if (error)
-        fail_at(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
+    if (error) fail_at(folder, "folder cannot be read: {}; check the path", error.message());
     // A folder lists its files in an order of the file system.
     std::sort(names.begin(), names.end());
     return names;
@@ -65,8 +67,8 @@ bool add_numbered(const fs::path& folder, const Pattern& pattern, const std::str
     if (!number) return false;
     const auto [known, is_new] = names.emplace(*number, name);
     if (is_new) return true;
-    fail_at(folder, fmt::format("{} and {} are the same frame; remove one", escape(known->second),
-                                escape(name)));
+    fail_at(folder, "{} and {} are the same frame; remove one", escape(known->second),
+            escape(name));
 }
 
 /// Number `first` is frame 0, and the next frame is `step` numbers on. Reports missing ones.
@@ -87,39 +89,30 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& 
     if (first_missing.empty()) return files;
     const double missing =
         files.back().frame - files.front().frame + 1 - static_cast<double>(files.size());
-    const std::string more = missing > 1 ? fmt::format(" and {} more", missing - 1) : "";
+    const std::string place = escape(folder / first_missing);
+    const std::string what =
+        "frame is missing" + (missing > 1 ? fmt::format(" and {} more", missing - 1) : "");
     if (!options.skip_missing) {
-        fail_at(folder / first_missing, fmt::format("frame is missing{}; add it", more),
-                Hint::kReplaceMissing);
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; add it", place, what),
+                    Hint::kReplaceMissing);
     }
-    if (options.warn) {
-        options.warn({escape(folder / first_missing),
-                      fmt::format("frame is missing{}; its neighbours are interpolated", more)});
-    }
+    if (options.warn) options.warn({place, what + "; its neighbours are interpolated"});
     return files;
-}
-
-[[noreturn]] void refuse_pattern(const std::string& pattern, const char* what) {
-    throw Error(ErrorKind::kBadArgument,
-                "pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file name",
-                quote(pattern), what);
 }
 
 Pattern split_pattern(const std::string& pattern) {
     const std::size_t name_at = pattern.rfind('/') + 1;  // npos + 1 is 0
-    const std::size_t mark = pattern.find_first_of("%*", name_at);
-    if (mark == std::string::npos) refuse_pattern(pattern, "no frame number in the file's name");
-    std::size_t end = mark + 1;
-    if (pattern[mark] == '%') {
-        const std::string_view rest = std::string_view(pattern).substr(end);
-        const bool is_padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
-                               rest[1] <= '9' && rest[2] == 'd';
-        if (!is_padded && !rest.starts_with('d')) refuse_pattern(pattern, "unknown use of '%'");
-        end += is_padded ? 3 : 1;
+    const std::size_t mark = std::min(pattern.find_first_of("%*", name_at), pattern.size());
+    const std::string_view rest = std::string_view(pattern).substr(mark);
+    const bool is_padded = rest.size() >= 4 && rest.starts_with("%0") && rest[2] >= '1' &&
+                           rest[2] <= '9' && rest[3] == 'd';
+    const std::size_t length = is_padded ? 4 : rest.starts_with("%d") ? 2 : rest.starts_with('*');
+    if (length == 0 || rest.find_first_of("%*", length) != std::string_view::npos) {
+        throw Error(ErrorKind::kBadArgument,
+                    "pattern {}: write one %d, %0Nd (N from 1 to 9) or * in the file name",
+                    quote(pattern));
     }
-    if (pattern.find_first_of("%*", end) != std::string::npos)
-        refuse_pattern(pattern, "two frame numbers");
-    return {pattern.substr(name_at, mark - name_at), pattern.substr(end)};
+    return {pattern.substr(name_at, mark - name_at), std::string(rest.substr(length))};
 }
 
 }  // namespace
@@ -144,9 +137,10 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const Animatio
     NumberedNames names;
     for (const std::string& name : all) {
         if (add_numbered(folder, pattern, name, names)) continue;
-        fail_at(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern such "
-                                    "as frame_%04d.obj, or one file",
-                                    escape(all[0]), escape(name == all[0] ? all[1] : name)));
+        fail_at(folder,
+                "{} and {} are not frames of one sequence; give a pattern such as frame_%04d.obj, "
+                "or one file",
+                escape(all[0]), escape(name == all[0] ? all[1] : name));
     }
     const std::uint64_t first = names.begin()->first;
     std::uint64_t step = 0;

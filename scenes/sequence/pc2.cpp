@@ -19,34 +19,35 @@ constexpr double kMostFrame = 1e9;
 
 /// Then come x, y, z of every point of every sample. All numbers are little-endian.
 struct Head {
+    char name[kName.size()];
     std::uint32_t version, points;
     float first_frame, frames_per_sample;
     std::uint32_t samples;
 };
-constexpr std::uint64_t kHeadSize = kName.size() + sizeof(Head);
 
 class PointCache {
 public:
     /// Throws Error(kBadInput) for another file, another size than the head says, or no samples.
     PointCache(const std::filesystem::path& path, bool lenient) : file_(path), lenient_(lenient) {
         static_assert(std::endian::native == std::endian::little);
-        std::array<char, kName.size()> name = {};
-        if (file_.size() >= name.size()) file_.read(0, std::as_writable_bytes(std::span(name)));
-        if (std::string_view(name.data(), name.size()) != kName)
-            fail("not a point cache; give a .pc2 file");
-        if (file_.size() < kHeadSize) fail("ends within its head; is it complete?");
-        file_.read(kName.size(), std::as_writable_bytes(std::span(&head_, 1)));
-        if (head_.version != 1) fail(fmt::format("has version {}; only 1 is known", head_.version));
-        require_frames();
-        if (head_.samples == 0) fail("has no samples; write it again");
-        if (head_.points == 0) fail("has no points; write it again");
+        if (file_.size() >= sizeof(Head))
+            file_.read(0, std::as_writable_bytes(std::span(&head_, 1)));
+        if (std::string_view(head_.name, kName.size()) != kName)
+            fail("not a point cache; give a complete .pc2 file");
+        const double step = static_cast<double>(head_.frames_per_sample);
+        if (head_.version != 1 || head_.points == 0 || head_.samples == 0 ||
+            !(step >= 1 / kMostFrame && std::abs(frame(0)) <= kMostFrame &&
+              frame(head_.samples) <= kMostFrame)) {
+            fail(
+                "has version {}, {} points, and {} samples from frame {} in steps of {}; must have "
+                "version 1, points and samples, and steps above 0 to frames within {}",
+                head_.version, head_.points, head_.samples, frame(0), step, kMostFrame);
+        }
         // Both numbers are below 2^32, so only the product with 12 bytes may overflow.
         if (head_.samples > (std::uint64_t{1} << 62) / sample_bytes() ||
-            file_.size() != kHeadSize + sample_bytes() * head_.samples) {
-            fail(
-                fmt::format("has {} bytes, but its head tells of {} samples of {} points; is it "
-                            "complete?",
-                            file_.size(), head_.samples, head_.points));
+            file_.size() != sizeof(Head) + sample_bytes() * head_.samples) {
+            fail("has {} bytes, but its head tells of {} samples of {} points; is it complete?",
+                 file_.size(), head_.samples, head_.points);
         }
     }
 
@@ -59,12 +60,8 @@ public:
     }
 
     std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const {
-        file_.read(kHeadSize + sample_bytes() * keyframe, std::as_writable_bytes(out));
-        const std::optional<std::string> bad = MeshRules::bad_vertex(out);
-        if (!bad) return std::nullopt;
-        const std::string what = fmt::format("frame {}: {}", frame(keyframe), *bad);
-        if (!lenient_) fail(what + "; repair it", Hint::kLenient);
-        return Warning{escape(file_.path()), what + "; kept as it is"};
+        file_.read(sizeof(Head) + sample_bytes() * keyframe, std::as_writable_bytes(out));
+        return MeshRules::check_frame(escape(file_.path()), frame(keyframe), out, lenient_);
     }
 
 private:
@@ -78,20 +75,10 @@ private:
         return std::uint64_t{sizeof(vec3)} * head_.points;
     }
 
-    void require_frames() const {
-        const double first = frame(0);
-        const double step = static_cast<double>(head_.frames_per_sample);
-        if (step >= 1 / kMostFrame && std::abs(first) <= kMostFrame &&
-            frame(head_.samples) <= kMostFrame)
-            return;
-        fail(
-            fmt::format("has {} samples from frame {} in steps of {}; steps must be above 0, and "
-                        "frames within {}",
-                        head_.samples, first, step, kMostFrame));
-    }
-
-    [[noreturn]] void fail(const std::string& what, Hint hint = Hint::kNone) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(file_.path()), what), hint);
+    template <class... Values>
+    [[noreturn]] void fail(fmt::format_string<Values...> what, Values&&... values) const {
+        throw Error(ErrorKind::kBadInput, "{}: {}", escape(file_.path()),
+                    fmt::format(what, std::forward<Values>(values)...));
     }
 
     InputFile file_;

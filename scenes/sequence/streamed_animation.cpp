@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <functional>
 #include <iterator>
@@ -207,12 +206,6 @@ public:
                         vertex_count_);
         }
         std::ranges::copy(mesh.positions, out.begin());
-        if (mesh.is_coarse && !first_warning && !was_coarse_.exchange(true)) {
-            first_warning = {escape(file.path),
-                             fmt::format("frame {} lies so far from the first that rounding to "
-                                         "float moves vertices by more than 1e-6 of its size",
-                                         file.frame)};
-        }
         return first_warning;
     }
 
@@ -222,7 +215,6 @@ private:
     std::uint64_t faces_hash_;
     Origin origin_;
     bool is_lenient_;
-    mutable std::atomic<bool> was_coarse_ = false;
 };
 
 }  // namespace

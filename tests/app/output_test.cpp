@@ -93,18 +93,6 @@ TEST(Output, OneReportThatCannotBeWrittenLosesNoOther) {
     expect_rest({"info", "builtin:cloth:200"}, "scene", {});
 }
 
-TEST(Output, APlotThatCannotBeDrawnLosesNoReport) {
-    TemporaryFolder folder;
-    const Outcome outcome = run(words("profile builtin:cloth:200 --backend cpu --size 8x8 --frames "
-                                      "0..1 --policies refit --plot " +
-                                      folder.file("p.svg") + " --csv " + folder.file("p.csv")),
-                                {.environment = {"TMPDIR=/none"}});
-    if (outcome.code == 4) GTEST_SKIP() << "without matplotlib";
-    EXPECT_EQ(outcome.code, 5) << outcome.err;
-    EXPECT_TRUE(has(outcome.err, "set TMPDIR"));
-    EXPECT_EQ(folder.names(), Words{"p.csv"});
-}
-
 TEST(Output, TwoOutputsToOnePlaceAreRefused) {
     TemporaryFolder folder;
     const std::string one = folder.file("one.png");

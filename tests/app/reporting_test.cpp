@@ -205,31 +205,6 @@ TEST(ProfilePolicies, NameNoQuickestOfFewRounds) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(outcome.out.starts_with("too few rounds to name the quickest on cpu: "))
         << outcome.out;
-    const Outcome plotted = run(compare({"--repeat", "2", "--plot", "chart.svg"}));
-    EXPECT_EQ(plotted.code, 2);
-    EXPECT_TRUE(has(plotted.err, "give --repeat 5 or more")) << plotted.err;
-}
-
-TEST(ProfilePolicies, PlotNeedsAnEndingAndPolicies) {
-    EXPECT_EQ(run(compare({"--plot", "chart.jpg"})).code, 2);
-    EXPECT_EQ(run({"profile", "builtin:cloth:500", "--plot", "chart.svg"}).code, 2);
-}
-
-TEST(ProfilePolicies, WithoutMatplotlibPlotIsUnavailableBeforeAnythingIsMeasured) {
-    const TemporaryFolder folder;
-    const Outcome outcome =
-        run(compare({"--plot", folder.file("chart.svg")}), {.environment = {"PATH=/nowhere"}});
-    EXPECT_EQ(outcome.code, 4);
-    EXPECT_TRUE(has(outcome.err, "matplotlib"));
-    EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(ProfilePolicies, PlotIsAnImage) {
-    const TemporaryFolder folder;
-    const Outcome outcome = run(compare({"--plot", folder.file("chart.svg")}));
-    if (outcome.code == 4) GTEST_SKIP() << "without matplotlib";
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_TRUE(has(read_file(folder.file("chart.svg")), "<svg"));
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ Json planted_run(int frames, int first_wrong, std::uint32_t side,
             for (const auto rays :
                  {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
                 const bool differs = *backend == 'v' && frame >= first_wrong;
-                add_images(scene, options, {{backend, "", "cpu"}, number, rays, "brute"}, expected,
+                add_images(scene, options, {backend, "", "cpu", number, rays, "brute"}, expected,
                            differs ? wrong : expected);
             }
         }
@@ -209,9 +209,9 @@ TEST(QueryCheck, ReportsNameTheAnswersThatDiffer) {
     EXPECT_EQ(scene["equal"], true);
     Options options = options_of("scene.obj", 8);
     options.query_count = 100;
-    CheckedImage image{{"cpu"}, 0, morphray::Rays::primary, "brute"};
+    CheckedImage image{.backend = "cpu", .reference = "brute"};
     add_answers(scene, options, image, {});
-    image.variant.backend = "vulkan";
+    image.backend = "vulkan";
     add_answers(scene, options, image,
                 {{"all_hits", "all hits", 3},
                  {"winding", "windings", 1},
@@ -235,7 +235,7 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     Json report = empty_report(options);
     Json& scene = report["scenes"][0];
     scene["frames"].push_back(3.0);
-    add_images(scene, options, {{"vulkan", "", "cpu"}, 6.5, morphray::Rays::ao, "brute"}, expected,
+    add_images(scene, options, {"vulkan", "", "cpu", 6.5, morphray::Rays::ao, "brute"}, expected,
                doctored);
     EXPECT_EQ(scene["equal"], false);
     EXPECT_EQ(scene["rows"][0]["differences"]["total"], 1);

@@ -130,17 +130,9 @@ TEST(ViewState, AnImpossibleViewIsRefused) {
     EXPECT_THROW(state_of(options), Error);
 }
 
-TracedPane pane_of(std::uint32_t width, std::vector<std::uint32_t> pixels) {
-    TracedPane pane;
-    pane.width = width;
-    pane.height = static_cast<std::uint32_t>(pixels.size()) / width;
-    pane.pixels = std::move(pixels);
-    return pane;
-}
-
 TEST(DifferenceImage, ShowsEachPixelThatDiffersInABit) {
     const DifferenceImage image =
-        difference_of(pane_of(2, {1, 2, 3, 4}), pane_of(2, {1, 2, 0x01000003, 4}));
+        difference_of({.pixels = {1, 2, 3, 4}}, {.pixels = {1, 2, 0x01000003, 4}});
     EXPECT_EQ(image.different, 1u);
     EXPECT_EQ(image.pixels,
               (std::vector<std::uint32_t>{0xFF000000, 0xFF000000, 0xFFFFFFFF, 0xFF000000}));

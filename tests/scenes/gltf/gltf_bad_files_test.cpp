@@ -52,7 +52,6 @@ const BadFile kBadFiles[] = {
     {"/asset", "", "has no member asset"},
     {"/asset/version", R"("1.0")",
      "asset.version: is '1.0'; only glTF 2.0 is read, convert the file"},
-    {"/asset/minVersion", R"("2.1")", "asset.minVersion: is '2.1'"},
     {"/extensionsRequired", R"(["KHR_draco_mesh_compression"])",
      "extensionsRequired[0]: the extension 'KHR_draco_mesh_compression' is required"},
     {"/nodes", "3", "nodes: must be an array"},
@@ -67,6 +66,8 @@ const BadFile kBadFiles[] = {
     {"/nodes/1/children", "[2, 2]",
      "nodes[1].children[1]: is 2, which is a child of nodes[1] already"},
     {"/scenes/0/nodes", "[1, 0, 1]", "scenes[0].nodes[2]: is 1, which is there twice"},
+    {"/scenes/0/nodes", "[0, 2]",
+     "scenes[0].nodes[1]: is 2, which is a child of nodes[1]; scenes list roots"},
     {"/scene", "1", "scene: is 1, but there are 1 scenes"},
     {"/nodes/2/matrix", "[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]",
      "nodes[2]: has both matrix and translation"},
@@ -110,7 +111,7 @@ const BadFile kBadFiles[] = {
      "accessors[4]: bytes 1099511627776 to 1099511627782 are not in bufferViews[4]"},
     {"/accessors/0/componentType", "5124", "accessors[0].componentType: is 5124"},
     {"/accessors/0/type", R"("VEC5")", "accessors[0].type: is 'VEC5'"},
-    {"/accessors/0/type", R"("VEC2")", "accessors[0].type: must be VEC3 here"},
+    {"/accessors/0/type", R"("VEC2")", "accessors[0].type: is 'VEC2'; must be VEC3 here"},
     {"/accessors/3/sparse",
      R"({"count":3,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}})",
      "accessors[3].sparse.indices: index 2 is 0; they must increase and stay below 3"},
@@ -145,8 +146,8 @@ const BadFile kBadFiles[] = {
      "animations[0].samplers[0].interpolation: is 'BEZIER'"},
     {"/animations/0/samplers/0/interpolation", R"("CUBICSPLINE")",
      "animations[0].samplers[0].output: has 8 numbers for 2 times of 12"},
-    {"/animations/0/samplers/0/input", "4",
-     "accessors[4].componentType: must be 5126 (float) here"},
+    {"/accessors/7/componentType", "5125",
+     "accessors[7].componentType: must be 5126 (float) or an integer of 8 or 16 bits here"},
 };
 
 TEST(BadGltf, TheFileBeforeAnyChangeIsGood) {
@@ -190,8 +191,7 @@ TEST(BadGltf, NumbersThatCannotBe) {
               "scene.gltf: meshes[0].primitives[0].attributes.WEIGHTS_0: vertex 1 has the weight "
               "-0.5; must be finite and at least 0");
     EXPECT_TRUE(has(error_with(2, 4, nan), "has the weight nan"));
-    EXPECT_TRUE(has(error_with(2, 0, 0.0f), "vertex 0 has no weight above 0; repair it"));
-    EXPECT_EQ(error_with(2, 0, 0.0f, {.lenient = true}), "");
+    EXPECT_TRUE(has(error_with(2, 0, 0.0f), "vertex 0 has no weight above 0"));
     EXPECT_TRUE(has(error_with(6, 1, nan), "number 1 is not finite"));
     EXPECT_TRUE(has(error_with(7, 0, 1.0f), "time 1 is 1; times must increase"));
     EXPECT_TRUE(has(error_with(7, 0, -1.0f), "time 0 is -1; times must increase, from 0 to"));
@@ -224,7 +224,7 @@ TEST(BadGltf, TooManyInstancesAreRefusedWithTheirPlace) {
     EXPECT_EQ(kind_of([&] { open_scene(path); }), ErrorKind::kBadInput);
     const std::string error = message_of([&] { open_scene(path); });
     EXPECT_TRUE(has(error,
-                    "a.glb: nodes[26843].mesh: all instances have more than 2^28 triangles or "
+                    "a.glb: nodes[26843].mesh: all nodes have more than 2^28 triangles or "
                     "2^22 morph targets; split the scene"));
 }
 

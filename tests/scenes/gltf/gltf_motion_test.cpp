@@ -507,7 +507,7 @@ TEST(Skinning, TellsWhetherAVertexIsTooFar) {
     const Skinning skinning(scene);
     for (Node& node : scene.tree.nodes) node.trs.scale = {4, 4, 4};
     EXPECT_FALSE(skinning.place(pose_at(scene, 0), out));
-    EXPECT_TRUE(MeshRules::bad_vertex(out).value().starts_with("vertex 1030 has"));
+    EXPECT_TRUE(has(MeshRules::check_frame("a", 0, out, true).value().text, "vertex 1030 has"));
 }
 
 }  // namespace

@@ -284,8 +284,6 @@ const BadFiles kBadHeaders = {
      ":8: ends within 'vertex' 0 of 4611686018427387904"},
     {kThree + "element face 4294967295\n" + kLists + "end_header\n" + kRows,
      ":13: ends within 'face' 0 of 4294967295"},
-    {kThree + "element tristrips 1\n" + kLists + "end_header\n" + kRows + "3 0 1 2\n",
-     ":7: triangle strips are not read"},
 };
 
 /// The rows of three vertices and a face.

@@ -458,13 +458,12 @@ TEST(CachedAnimation, TellsWhichSampleIsNotFinite) {
 }
 
 TEST(CachedAnimation, RefusesWhatIsNoCacheOfTheMesh) {
-    EXPECT_EQ(CachedScene("").error(), "cloth.pc2: not a point cache; give a .pc2 file");
+    EXPECT_EQ(CachedScene("").error(), "cloth.pc2: not a point cache; give a complete .pc2 file");
     EXPECT_EQ(CachedScene(pc2({.version = 2}, {1, 2, 3})).error(),
-              "cloth.pc2: has version 2; only 1 is known");
-    EXPECT_EQ(CachedScene(pc2({.samples = 0}, {})).error(),
-              "cloth.pc2: has no samples; write it again");
-    EXPECT_EQ(CachedScene(pc2({.points = 0}, {1, 2, 3})).error(),
-              "cloth.pc2: has no points; write it again");
+              "cloth.pc2: has version 2, 3 points, and 3 samples from frame 0 in steps of 1; must "
+              "have version 1, points and samples, and steps above 0 to frames within 1000000000");
+    EXPECT_TRUE(has(CachedScene(pc2({.samples = 0}, {})).error(), "and 0 samples"));
+    EXPECT_TRUE(has(CachedScene(pc2({.points = 0}, {1, 2, 3})).error(), "0 points, and"));
     EXPECT_EQ(CachedScene(pc2({}, {1, 2, 3}),
                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\n"
                           "f 1 2 3\n")
@@ -473,16 +472,14 @@ TEST(CachedAnimation, RefusesWhatIsNoCacheOfTheMesh) {
               "was written for");
     for (const float step : {0.0f, -1.0f, std::nanf(""), kInfinity, 1e30f}) {
         const std::string error = CachedScene(pc2({.frames_per_sample = step}, {1, 2, 3})).error();
-        EXPECT_TRUE(has(error, "steps must be above 0"));
+        EXPECT_TRUE(has(error, "steps above 0"));
     }
     for (const float first : {std::nanf(""), -kInfinity, 1e20f}) {
         const std::string error = CachedScene(pc2({.first_frame = first}, {1, 2, 3})).error();
-        EXPECT_TRUE(has(error, "has 3 samples from frame"));
+        EXPECT_TRUE(has(error, "3 samples from frame"));
     }
-    EXPECT_EQ(
-        CachedScene(pc2({.samples = 0xFFFFFFFF}, {1, 2, 3})).error(),
-        "cloth.pc2: has 4294967295 samples from frame 0 in steps of 1; steps must be above 0, "
-        "and frames within 1000000000");
+    EXPECT_TRUE(has(CachedScene(pc2({.samples = 0xFFFFFFFF}, {1, 2, 3})).error(),
+                    "and 4294967295 samples from frame 0 in steps of 1; must have"));
 }
 
 TEST(CachedAnimation, RefusesAnySizeButThatOfTheHead) {
