@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/base/watch.h"
 #include "gpu/vulkan/memory.h"
 #include "shaders/kernel_interface.h"
 
@@ -15,8 +16,10 @@ class Pace {
 public:
     explicit Pace(std::uint32_t first) : amount_(first) {}
 
-    /// The amount for the next submission, from 1 to `most`.
-    std::uint32_t next(std::uint32_t most) const { return std::clamp(amount_, 1u, most); }
+    /// The amount for the next submission, from 1 to `most`, which it is if nobody may cancel.
+    std::uint32_t next(std::uint32_t most, const Watch& watch) const {
+        return watch.can_cancel() ? std::clamp(amount_, 1u, most) : most;
+    }
 
     void took(std::uint32_t amount, double ms) {
         constexpr double kWantedMs = 40;

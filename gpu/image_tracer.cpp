@@ -65,9 +65,7 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
     for (Regions regions(params); regions.has_next();) {
         watch.throw_if_cancelled();
-        const std::uint32_t most = passes_.size().tiles;
-        const RegionArguments region =
-            regions.next(watch.can_cancel() ? tiles_pace_.next(most) : most);
+        const RegionArguments region = regions.next(tiles_pace_.next(passes_.size().tiles, watch));
         const Stopwatch clock;
         trace_region(region, times, watch);
         tiles_pace_.took(region.tile_count, clock.ms());
@@ -90,11 +88,7 @@ void ImageTracer::trace_views(const ViewBatch& views, BackendTimes& times, const
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
     const auto* const hits = seen_by_host<std::uint32_t>(b.hits.buffer, b.hits_copy);
     const auto* const pixels = seen_by_host<std::uint32_t>(b.pixels, b.pixels_copy);
-    const auto wanted_tiles = [&] {
-        const std::uint32_t most = passes_.size().tiles;
-        return watch.can_cancel() ? tiles_pace_.next(most) : most;
-    };
-    std::uint32_t most_tiles = wanted_tiles();
+    std::uint32_t most_tiles = tiles_pace_.next(passes_.size().tiles, watch);
     std::vector<RegionArguments> regions;
     std::vector<TracedTile> traced;
     std::uint32_t tiles = 0;
@@ -104,7 +98,7 @@ void ImageTracer::trace_views(const ViewBatch& views, BackendTimes& times, const
         const Stopwatch clock;
         times.trace_ms += trace_regions(regions, first);
         tiles_pace_.took(tiles, clock.ms());
-        most_tiles = wanted_tiles();
+        most_tiles = tiles_pace_.next(passes_.size().tiles, watch);
         views.take(traced);
         watch.advance(double{1} * first / static_cast<double>(times.rays));
         regions.clear();
@@ -163,7 +157,7 @@ double ImageTracer::trace_regions(std::span<const RegionArguments> regions, std:
 
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,
                                const Watch& watch) {
-    const std::uint32_t batch = secondary_batch(watch);
+    const std::uint32_t batch = rays_pace_.next(passes_.size().rays(), watch);
     // The host submits rays beyond a batch, and shades after them.
     const std::uint64_t most_rays = std::uint64_t{region.width} * region.height * samples_;
     const bool is_shaded = with_pixels_ && most_rays <= batch;
@@ -206,7 +200,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
 
 void ImageTracer::trace_secondary(const RegionArguments& region, BackendTimes& times,
                                   const Watch& watch) {
-    const std::uint32_t batch = secondary_batch(watch);
+    const std::uint32_t batch = rays_pace_.next(passes_.size().rays(), watch);
     times.secondary_ms += context_.submit("trace secondary rays", [&](VkCommandBuffer commands) {
         passes_.begin(commands);
         record_secondary(commands, region, batch);
@@ -247,7 +241,8 @@ double ImageTracer::trace_rest(const RegionArguments& region, std::uint32_t firs
     double device_ms = 0;
     while (first < ray_count) {
         watch.throw_if_cancelled();
-        const std::uint32_t count = std::min(secondary_batch(watch), ray_count - first);
+        const std::uint32_t count =
+            std::min(rays_pace_.next(passes_.size().rays(), watch), ray_count - first);
         const Stopwatch clock;
         device_ms +=
             passes_.run("trace secondary rays", true, count, [&](VkCommandBuffer commands) {
@@ -258,11 +253,6 @@ double ImageTracer::trace_rest(const RegionArguments& region, std::uint32_t firs
         first += count;
     }
     return device_ms;
-}
-
-std::uint32_t ImageTracer::secondary_batch(const Watch& watch) const {
-    const std::uint32_t most = passes_.size().rays();
-    return watch.can_cancel() ? rays_pace_.next(most) : most;
 }
 
 void ImageTracer::shade(VkCommandBuffer commands, const RegionArguments& region) const {

@@ -38,7 +38,6 @@ private:
                           const WorkHeader& header, BackendTimes& times, const Watch& watch);
     double trace_rest(const RegionArguments& region, std::uint32_t first, std::uint32_t ray_count,
                       const Watch& watch);
-    std::uint32_t secondary_batch(const Watch& watch) const;
     void shade(VkCommandBuffer commands, const RegionArguments& region) const;
     void copy_results(VkCommandBuffer commands, const RegionArguments& region) const;
     void copy_region(const RegionArguments& region, Frame& frame) const;

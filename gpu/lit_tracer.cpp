@@ -98,8 +98,7 @@ void LitTracer::trace(const LitView& view, Frame& samples, std::span<std::uint32
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
     for (Regions regions(params); regions.has_next();) {
         watch.throw_if_cancelled();
-        const std::uint32_t most = passes_.size().tiles;
-        const std::uint32_t tiles = watch.can_cancel() ? tiles_pace_.next(most) : most;
+        const std::uint32_t tiles = tiles_pace_.next(passes_.size().tiles, watch);
         const RegionArguments inner =
             regions.next(has_sky(view) ? tiles_with_neighbours(tiles) : tiles);
         Region region;

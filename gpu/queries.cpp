@@ -49,10 +49,8 @@ public:
     void answer(const CountQuery& query) const {
         std::vector<uvec4> answers;
         for_parts(query.rays, query.watch, [&](std::size_t first, std::size_t size) {
-            transfer_.upload(std::as_bytes(query.rays.subspan(first, size)),
-                             passes_.buffers()->rays.buffer);
-            answers.resize(size);
-            run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing), answers);
+            run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing),
+                query.rays.subspan(first, size), answers);
             for (std::size_t i = 0; i < size; ++i) {
                 const std::uint32_t count = answers[i].x;
                 query.counts[first + i] =
@@ -71,11 +69,10 @@ public:
             first_prims.resize(size);
             for (std::size_t i = 0; i < size; ++i)
                 first_prims[i] = start_after(query.after[first + i], rest[i]);
-            transfer_.upload(std::as_bytes(std::span(rest)), passes_.buffers()->rays.buffer);
             transfer_.upload(std::as_bytes(std::span(first_prims)),
                              passes_.buffers()->visible_pixels.buffer);
-            answers.resize(size);
-            run("find next hits", kernels_.hits, flags_of(query.crossing), answers);
+            run("find next hits", kernels_.hits, flags_of(query.crossing), std::span(rest),
+                answers);
             for (std::size_t i = 0; i < size; ++i) query.hits[first + i] = hit_of(answers[i]);
         });
     }
@@ -95,11 +92,9 @@ public:
         std::vector<uvec4> answers;
         for_parts(query.points, query.watch, [&](std::size_t first, std::size_t size) {
             points.resize(size);
-            answers.resize(size);
             for (std::size_t i = 0; i < size; ++i)
                 points[i] = words_of(query.points[first + i], query.most_d2);
-            transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
-            run("find closest triangles", kernels_.closest, 0, answers);
+            run("find closest triangles", kernels_.closest, 0, std::span(points), answers);
             for (std::size_t i = 0; i < size; ++i)
                 query.closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
         });
@@ -118,11 +113,14 @@ private:
         watch.throw_if_cancelled();
     }
 
-    /// Answers the queries that have been uploaded, as many as there are answers. Returns how many
-    /// pairs the kernel has found; the pixels have the first pair_room() of them.
+    /// Answers rays, or points in words. Returns how many pairs the kernel has found; the pixels
+    /// have the first pair_room() of them.
+    template <class Asked>
     std::uint32_t run(const char* what, QueryKernel& kernel, std::uint32_t flags,
-                      std::span<uvec4> answers) const {
+                      std::span<Asked> asked, std::vector<uvec4>& answers) const {
         kernels_.prepare({&kernel.begin});
+        transfer_.upload(std::as_bytes(asked), passes_.buffers()->rays.buffer);
+        answers.resize(asked.size());
         const std::uint32_t found =
             passes_.answer(what, kernel,
                            {.first = 0,
@@ -131,7 +129,8 @@ private:
                             .flags = flags,
                             .repeated_count = static_cast<std::uint32_t>(scene_.repeated().size()),
                             .pair_room = pair_room()});
-        transfer_.download(passes_.buffers()->hits.buffer, std::as_writable_bytes(answers));
+        transfer_.download(passes_.buffers()->hits.buffer,
+                           std::as_writable_bytes(std::span(answers)));
         return found;
     }
 
@@ -178,11 +177,11 @@ private:
     /// One part of the points. If there is no room for all uncertain crossings, it is divided.
     void wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
         std::vector<uvec4> points(size);
-        std::vector<uvec4> answers(size);
+        std::vector<uvec4> answers;
         for (std::size_t i = 0; i < size; ++i)
             points[i] = words_of(clipped_point(query.points[first + i]), 0);
-        transfer_.upload(std::as_bytes(std::span(points)), passes_.buffers()->rays.buffer);
-        const std::uint32_t found = run("wind around points", kernels_.winding, 0, answers);
+        const std::uint32_t found =
+            run("wind around points", kernels_.winding, 0, std::span(points), answers);
         const std::size_t room = pair_room();
         if (found > room && size > 1) {
             wind_part(query, first, size / 2);

@@ -14,20 +14,16 @@ namespace {
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 
-struct Filler {
-    Device& device;
-    BufferKind kind;
-    Transfer& transfer;
-
-    template <class Values>
-    ReadBuffer operator()(const char* name, const Values& values, VkFormat format = kWord,
-                          bool is_written = false) const {
+/// Returns a function that makes a buffer of values.
+auto filler(Device& device, BufferKind kind, Transfer& transfer) {
+    return [&, kind](const char* name, const auto& values, VkFormat format = kWord,
+                     bool is_written = false) {
         const auto bytes = std::as_bytes(std::span(values));
         ReadBuffer buffer(device, kind, name, bytes.size(), format, 0, is_written);
         transfer.upload(bytes, buffer.buffer);
         return buffer;
-    }
-};
+    };
+}
 
 /// A texel holds a vertex; storage buffers have no gaps.
 std::size_t bytes_of_vertex(BufferKind kind) {
@@ -162,7 +158,7 @@ SceneBuffers::SceneBuffers(Device& device, BufferKind kind, Transfer& transfer,
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
       positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords,
                  kind == BufferKind::kTexels ? VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT : 0),
-      triangles_(Filler{device, kind, transfer}("triangles", with_albedo(topology), kFourWords)),
+      triangles_(filler(device, kind, transfer)("triangles", with_albedo(topology), kFourWords)),
       tree_(device, kind, transfer, bvh) {
     set_positions(transfer, positions);
 }
@@ -170,7 +166,7 @@ SceneBuffers::SceneBuffers(Device& device, BufferKind kind, Transfer& transfer,
 SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh)
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())), level_begin(bvh.level_begin) {
     assert(level_begin.back() == bvh.nodes.size());
-    const Filler filled{device, kind, transfer};
+    const auto filled = filler(device, kind, transfer);
     nodes = filled("nodes", bvh.nodes, kFourWords, true);
     leaves = filled("leaves", leaves_of(bvh), kFourWords, true);
     const auto boxes_of = [&](const char* name, std::uint64_t size, std::uint64_t item) {

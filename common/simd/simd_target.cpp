@@ -41,12 +41,9 @@ std::vector<SimdTarget> supported_simd_targets() {
 }
 
 std::string names_of(const std::vector<SimdTarget>& targets) {
-    std::string names;
-    for (const SimdTarget& target : targets) {
-        if (!names.empty()) names += ", ";
-        names += target.name;
-    }
-    return names;
+    std::vector<std::string_view> names;
+    std::ranges::transform(targets, std::back_inserter(names), &SimdTarget::name);
+    return fmt::format("{}", fmt::join(names, ", "));
 }
 
 SimdTarget find_simd_target(std::string_view name) {

@@ -7,6 +7,22 @@
 #include <cassert>
 
 namespace mray {
+namespace {
+
+// Costs that stand for clocks in deterministic decisions: about the milliseconds that one core of a
+// server takes, with a tracer between the CPU's packets and a device.
+constexpr double kRefitPerTriangle = 1.5e-6;
+constexpr double kBuildPerTriangle = 100e-6;
+constexpr double kRestructurePerTriangle = 10e-6;
+constexpr double kTracePerRay = 20e-6;
+constexpr double kTraceExponent = 0.3;
+// A tree that was built where all vertices were in one place has an infinite ratio elsewhere.
+constexpr double kMostCostRatio = 1e6;
+
+/// The factor by which triangles have grown; 1 if that is not known.
+double triangle_growth(double built, double now) { return built > 0 && now > 0 ? now / built : 1; }
+
+}  // namespace
 
 double tree_cost(std::span<const Node> nodes) {
     double node_area = 0;
@@ -52,24 +68,9 @@ double cost_ratio(const TreeFit& built, const TreeFit& now) {
 
 double overhead_visits(const TreeFit& built, const TreeFit& now) {
     if (now.root_area <= 0) return 0;
-    const bool known = built.triangle_area > 0 && now.triangle_area > 0;
-    const double growth = known ? now.triangle_area / built.triangle_area : 1;
+    const double growth = triangle_growth(built.triangle_area, now.triangle_area);
     return std::max(0.0, now.cost - growth * built.cost) / now.root_area;
 }
-
-namespace {
-
-// Costs that stand for clocks in deterministic decisions: about the milliseconds that one core of a
-// server takes, with a tracer between the CPU's packets and a device.
-constexpr double kRefitPerTriangle = 1.5e-6;
-constexpr double kBuildPerTriangle = 100e-6;
-constexpr double kRestructurePerTriangle = 10e-6;
-constexpr double kTracePerRay = 20e-6;
-constexpr double kTraceExponent = 0.3;
-// A tree that was built where all vertices were in one place has an infinite ratio elsewhere.
-constexpr double kMostCostRatio = 1e6;
-
-}  // namespace
 
 const char* name_of(TreeStep step) {
     // In the order of TreeStep.
@@ -190,8 +191,9 @@ void TreeUpdater::restructure(const UpdateDecision& decision) {
     UpdateTimes times;
     tracer_.edit_tree([&](Bvh& bvh) {
         const Stopwatch inner;
-        parts = mray::restructure(topology_, pose_.positions(), growth(),
-                                  decision.most_restructured, bvh, areas_);
+        const double growth = triangle_growth(built_fit_.triangle_area, triangle_area_);
+        parts = mray::restructure(topology_, pose_.positions(), growth, decision.most_restructured,
+                                  bvh, areas_);
         times.restructure_ms = inner.ms();
         return parts > 0;
     });
@@ -260,12 +262,6 @@ UpdateTimes TreeUpdater::finish_refit() {
     if (!std::exchange(has_refitted_, false)) return {};
     const UpdateTimes& times = tracer_.finish().update;
     return {.upload_ms = times.upload_ms, .refit_ms = times.refit_ms};
-}
-
-/// The triangles have grown by this factor from the build to the pose that was measured last.
-double TreeUpdater::growth() const {
-    const bool is_known = triangle_area_ > 0 && built_fit_.triangle_area > 0;
-    return is_known ? triangle_area_ / built_fit_.triangle_area : 1;
 }
 
 FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {

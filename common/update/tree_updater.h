@@ -121,7 +121,6 @@ private:
     void note_built(const Bvh& bvh, double triangle_area);
     void replace_tree(Bvh bvh, double triangle_area);
     UpdateTimes finish_refit();
-    double growth() const;
     FrameCost cost_of_frame(const TraceCost& trace) const;
 
     const Topology& topology_;
