@@ -7,18 +7,6 @@
 namespace mray::embree {
 namespace {
 
-CommittedMesh make_mesh(const Ref<Geometry>& geometry, unsigned int id,
-                        const Ref<Geometry>& instance, unsigned int inst_id) {
-    CommittedMesh mesh{
-        .geometry = geometry, .instance = instance, .geom_id = id, .inst_id = inst_id};
-    mesh.versions[0] = geometry->version;
-    if (mesh.is_instance()) mesh.versions[1] = instance->version;
-    mesh.vertices = geometry->buffer(RTC_BUFFER_TYPE_VERTEX, 0);
-    mesh.indices = geometry->buffer(RTC_BUFFER_TYPE_INDEX, 0);
-    mesh.is_quads = geometry->is_quads();
-    return mesh;
-}
-
 /// Some programs do not show errors.
 [[noreturn]] void refuse_scene(const char* what) {
     static std::once_flag once;
@@ -141,7 +129,15 @@ void collect_meshes(const Attachments& attachments, const Ref<Geometry>& instanc
         if (!geometry->is_enabled) continue;
         if (const char* const what = geometry->unsupported()) refuse_scene(what);
         if (!geometry->is_instance()) {
-            meshes.push_back(make_mesh(geometry, id, instance, inst_id));
+            meshes.push_back(
+                {.geometry = geometry,
+                 .instance = instance,
+                 .versions = {geometry->version, instance ? instance->version : GeometryVersion()},
+                 .geom_id = id,
+                 .inst_id = inst_id,
+                 .vertices = geometry->buffer(RTC_BUFFER_TYPE_VERTEX, 0),
+                 .indices = geometry->buffer(RTC_BUFFER_TYPE_INDEX, 0),
+                 .is_quads = geometry->is_quads()});
         } else if (instance.get() != nullptr) {
             refuse_scene("instances of scenes with instances are");
         } else if (const SceneObject* const scene = geometry->instanced.get()) {

@@ -10,18 +10,20 @@
 namespace mray::embree {
 namespace {
 
-struct MatrixLayout {
-    int row_step;
-    int column_step;
-    bool has_last_row;
-};
-
-MatrixLayout layout_of(RTCFormat format) {
-    if (format == RTC_FORMAT_FLOAT3X4_ROW_MAJOR) return {4, 1, false};
-    if (format == RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR) return {1, 3, false};
-    if (format == RTC_FORMAT_FLOAT4X4_ROW_MAJOR) return {4, 1, true};
-    if (format == RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR) return {1, 4, true};
-    fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
+/// Calls visit(column, row, index) for all floats of a matrix, the last row of 4x4 too.
+template <class Visit>
+void for_each_float(RTCFormat format, const void* floats, Visit visit) {
+    const bool is_by_row =
+        format == RTC_FORMAT_FLOAT3X4_ROW_MAJOR || format == RTC_FORMAT_FLOAT4X4_ROW_MAJOR;
+    const bool has_last_row =
+        format == RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR || format == RTC_FORMAT_FLOAT4X4_ROW_MAJOR;
+    if (!is_by_row && !has_last_row && format != RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR)
+        fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
+    if (floats == nullptr) fail_argument("the transformation is null");
+    const int rows = has_last_row ? 4 : 3;
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < rows; ++row)
+            visit(column, row, is_by_row ? 4 * row + column : rows * column + row);
 }
 
 /// Flags of curves are bytes, so the buffers of other types may lie anywhere.
@@ -121,29 +123,19 @@ Transform inverse_of(const Transform& transform) {
 }
 
 Transform read_transform(RTCFormat format, const void* floats) {
-    const MatrixLayout layout = layout_of(format);
-    if (floats == nullptr) fail_argument("the transformation is null");
-    const auto* const values = static_cast<const float*>(floats);
     Transform result(1.0);
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 3; ++row) {
-            result[column][row] =
-                double{values[row * layout.row_step + column * layout.column_step]};
-        }
-    }
+    for_each_float(format, floats, [&](int column, int row, int i) {
+        if (row < 3) result[column][row] = double{static_cast<const float*>(floats)[i]};
+    });
     return result;
 }
 
 void write_transform(const Transform& transform, RTCFormat format, void* floats) {
-    const MatrixLayout layout = layout_of(format);
-    if (floats == nullptr) fail_argument("the transformation is null");
-    auto* const values = static_cast<float*>(floats);
-    for (int column = 0; column < 4; ++column) {
-        float* const first = values + column * layout.column_step;
-        for (int row = 0; row < 3; ++row)
-            first[row * layout.row_step] = static_cast<float>(transform[column][row]);
-        if (layout.has_last_row) first[3 * layout.row_step] = column == 3 ? 1.0f : 0.0f;
-    }
+    for_each_float(format, floats, [&](int column, int row, int i) {
+        const double last = column == 3 ? 1 : 0;
+        static_cast<float*>(floats)[i] =
+            static_cast<float>(row < 3 ? transform[column][row] : last);
+    });
 }
 
 }  // namespace mray::embree

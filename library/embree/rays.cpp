@@ -106,7 +106,7 @@ public:
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const {
         for (; found; found = next(traced, found, ray.mask)) {
             const CommittedMesh& mesh = committed_.meshes[found.geom_id];
-            if (committed_.uses_masks && !mesh.sees(ray.mask)) continue;
+            if (!committed_.masks.empty() && !mesh.sees(ray.mask)) continue;
             RTCHit candidate;
             set_hit(found, candidate);
             const float tfar = std::exchange(ray.tfar, found.t);
@@ -165,7 +165,7 @@ private:
         const auto crossing =
             options_.filter == nullptr ? morphray::Crossing::each : morphray::Crossing::once;
         morphray::QueryOptions seen = kCallingThread;
-        if (committed_.uses_masks) seen.visible = visible_to(ray_mask);
+        if (!committed_.masks.empty()) seen.visible = visible_to(ray_mask);
         const morphray::Hit hit = scene().intersect(traced, last, crossing, seen);
         const bool is_other_half = is_quads && last.prim_id % 2 == 0 && hit.t == last.t &&
                                    hit.geom_id == last.geom_id && hit.prim_id == last.prim_id + 1;

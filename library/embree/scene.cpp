@@ -170,18 +170,17 @@ bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryC
 }  // namespace
 
 void Committed::read_settings() {
-    uses_masks = false;
     filters_hits = false;
     filters_occlusion = false;
+    bool uses_masks = false;
+    std::set<unsigned int> different;
     for (CommittedMesh& mesh : meshes) {
         uses_masks |= mesh.read_masks();
+        different.insert(mesh.masks.begin(), mesh.masks.end());
         filters_hits |= mesh.geometry->intersect_filter != nullptr;
         filters_occlusion |= mesh.geometry->occluded_filter != nullptr;
     }
-    std::set<unsigned int> different;
-    if (uses_masks)
-        for (const CommittedMesh& mesh : meshes)
-            different.insert(mesh.masks.begin(), mesh.masks.end());
+    if (!uses_masks) different.clear();
     masks.assign(different.begin(), different.end());
 }
 
@@ -232,9 +231,9 @@ void SceneObject::commit() {
 }
 
 void SceneObject::commit_meshes(std::vector<CommittedMesh> meshes) {
-    const bool is_kept =
-        committed_ != nullptr && std::ranges::equal(committed_->meshes, meshes, has_same_shape) &&
-        committed_->quality == quality && committed_->is_refitted == is_any_refitted(meshes);
+    const bool is_kept = committed_ != nullptr &&
+                         std::ranges::equal(committed_->meshes, meshes, has_same_shape) &&
+                         committed_->is_refitted == is_any_refitted(meshes);
     const bool is_robust = (flags & RTC_SCENE_FLAG_ROBUST) != 0;
     constexpr auto kVersions = &CommittedMesh::versions;
     if (is_kept && committed_->is_robust == is_robust &&
@@ -248,7 +247,6 @@ void SceneObject::commit_meshes(std::vector<CommittedMesh> meshes) {
 void SceneObject::build(std::vector<CommittedMesh> meshes) {
     committed_ = nullptr;
     auto made = std::make_unique<Committed>();
-    made->quality = quality;
     made->is_refitted = is_any_refitted(meshes);
     made->meshes = std::move(meshes);
     for (CommittedMesh& mesh : made->meshes) mesh.find_used_vertices();
@@ -362,10 +360,10 @@ void rtcSetSceneProgressMonitorFunction(RTCScene scene, RTCProgressMonitorFuncti
     with<SceneObject>(__func__, scene, [](SceneObject&) {});
 }
 
+/// Trees are of one quality.
 void rtcSetSceneBuildQuality(RTCScene scene, enum RTCBuildQuality quality) {
-    with<SceneObject>(__func__, scene, [&](SceneObject& s) {
+    with<SceneObject>(__func__, scene, [&](SceneObject&) {
         if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
-        s.quality = quality;
     });
 }
 void rtcSetSceneFlags(RTCScene scene, enum RTCSceneFlags flags) {

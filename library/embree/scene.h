@@ -15,13 +15,11 @@ struct Committed {
     std::vector<CommittedMesh> meshes;
     /// A scene without triangles has none.
     std::optional<morphray::Scene> scene;
-    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
     /// Updates refit, whatever the tree is like then.
     bool is_refitted = false;
     bool is_robust = false;
-    /// Rays are compared with masks only where the caller has set one.
-    bool uses_masks = false;
-    /// All different masks on the way to meshes, if they are used.
+    /// All different masks on the way to meshes; none, which no ray is compared with, unless the
+    /// caller has set one.
     std::vector<unsigned int> masks;
     /// A mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
@@ -68,7 +66,6 @@ public:
     }
 
     RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
-    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
 
 private:
     void commit_meshes(std::vector<CommittedMesh> meshes);

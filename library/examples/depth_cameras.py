@@ -5,7 +5,6 @@
 Meshes and motion are those of lidar.py. The digest does not depend on the device or the number of threads.
 """
 
-import argparse
 import hashlib
 import time
 
@@ -43,10 +42,6 @@ def run(steps=200, cameras=256, size=64, device="cpu", bodies=50):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=200)
-    parser.add_argument("--cameras", type=int, default=256)
-    parser.add_argument("--size", type=int, default=64, help="of an image, in pixels a side")
-    device, options = parse_with_device(parser)
+    device, options = parse_with_device(__doc__, steps=200, cameras=256, size=64)
     digest, milliseconds = run(options.steps, options.cameras, options.size, device)
     print(f"{digest}  {milliseconds:.1f} ms a step")

@@ -3,8 +3,6 @@
     python3 folding.py [--frames N] [--rows N] [--device cpu|vulkan|brute] [--threads N] [--out FILE.png]
 """
 
-import argparse
-
 import numpy as np
 
 import morphray
@@ -45,10 +43,6 @@ def run(frames=60, rows=600, device="cpu", out=None):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=60)
-    parser.add_argument("--rows", type=int, default=600)
-    parser.add_argument("--out", help="a picture of that frame")
-    device, options = parse_with_device(parser)
+    device, options = parse_with_device(__doc__, frames=60, rows=600, out="")
     frame, count = run(options.frames, options.rows, device, options.out)
     print("it never crosses" if frame is None else f"frame {frame}: {count} pairs of triangles cross")

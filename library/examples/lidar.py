@@ -17,8 +17,11 @@ import morphray
 CARRIER = 1  # geom_id of the body that carries the lidar
 
 
-def parse_with_device(parser):
-    """The device and all options of a program that has --device and --threads, too."""
+def parse_with_device(doc, **defaults):
+    """The device and the options of a program that has --device and --threads, too."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    for name, value in defaults.items():
+        parser.add_argument("--" + name, type=type(value), default=value)
     parser.add_argument("--device", choices=["cpu", "vulkan", "brute"], default="cpu")
     parser.add_argument("--threads", type=int, default=0, help="of the CPU; 0: all")
     options = parser.parse_args()
@@ -101,10 +104,6 @@ def run(sweeps=10, updates=20, columns=1800, device="cpu", bodies=50):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sweeps", type=int, default=10)
-    parser.add_argument("--updates", type=int, default=20, help="of the scene, a sweep")
-    parser.add_argument("--columns", type=int, default=1800, help="of 16 rays each, a sweep")
-    device, options = parse_with_device(parser)
+    device, options = parse_with_device(__doc__, sweeps=10, updates=20, columns=1800)
     digest, milliseconds = run(options.sweeps, options.updates, options.columns, device)
     print(f"{digest}  {milliseconds:.1f} ms a sweep")

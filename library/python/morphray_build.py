@@ -20,10 +20,7 @@ import zipfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VERSION = re.search(r"project\(morphray VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
 NAME = f"morphray-{VERSION}"
-
-
-def _metadata():
-    return f"""Metadata-Version: 2.1
+METADATA = f"""Metadata-Version: 2.1
 Name: morphray
 Version: {VERSION}
 Summary: A ray tracer for deforming triangle meshes with bit-exact results
@@ -58,14 +55,6 @@ def _build(settings):
     return build / "python" / "morphray"
 
 
-def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
-    """Lets pip look for numpy before anything is compiled."""
-    folder = pathlib.Path(metadata_directory) / f"{NAME}.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text(_metadata())
-    return folder.name
-
-
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     package = _build(config_settings or {})
     module = f"_morphray{sysconfig.get_config_var('EXT_SUFFIX')}"
@@ -85,7 +74,7 @@ def pack(wheel_directory, tag, paths):
     paths = {**{f"morphray/{path.name}": path for path in sorted(python_files)}, **paths,
              f"{info}/LICENSE": ROOT / "LICENSE"}
     files = {name: path.read_bytes() for name, path in paths.items()}
-    files[f"{info}/METADATA"] = _metadata().encode()
+    files[f"{info}/METADATA"] = METADATA.encode()
     files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: morphray_build\n"
                               f"Root-Is-Purelib: false\nTag: {tag}\n").encode()
     record = ""

@@ -1,6 +1,7 @@
 // All hits of rays: lists, numbers, and the next one after a hit. Rays become queries in scene
 // space; Crossing::once is decided here, by whole lists of the rays that may touch borders.
 #include <cmath>
+#include <numeric>
 
 #include "common/interop/hit_rule.h"
 #include "common/interop/tie_break_rule.h"
@@ -27,7 +28,6 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
 std::vector<std::vector<mray::Hit>> list_hits(const RayPart& part, Crossing crossing) {
     constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
     std::vector<std::vector<mray::Hit>> all(part.size());
-    if (all.empty()) return all;
     mray::HitLists lists;
     part.ask(mray::ListQuery{part.rays, crossing_of(crossing), kAllHits, lists});
     const MeshList& meshes = part.scene.meshes();
@@ -44,36 +44,36 @@ std::vector<std::vector<mray::Hit>> list_hits(const RayPart& part, Crossing cros
     return all;
 }
 
-/// All hits of some rays of a part, by their places in it.
-struct WholeLists {
-    std::vector<std::size_t> places;
-    std::vector<std::vector<mray::Hit>> hits;
-};
-
 /// Lists all hits of rays for which the tracer's numbers of hits may be too large: by
-/// Crossing::once those that touch borders. Corrects the numbers.
-WholeLists list_uncertain(const RayPart& part, Crossing crossing, std::span<std::uint64_t> totals) {
-    WholeLists whole;
+/// Crossing::once those that touch borders. Corrects the numbers. Returns the lists of all rays,
+/// which are empty for others.
+std::vector<std::vector<mray::Hit>> list_uncertain(const RayPart& part, Crossing crossing,
+                                                   std::span<std::uint64_t> totals) {
+    std::vector<std::size_t> places;
     for (std::size_t i = 0; i < totals.size(); ++i)
-        if (take_border_flag(totals[i], crossing)) whole.places.push_back(i);
-    whole.hits = list_hits(RayPart(part.chosen(whole.places), part.world), crossing);
-    for (std::size_t k = 0; k < whole.hits.size(); ++k)
-        totals[whole.places[k]] = whole.hits[k].size();
+        if (take_border_flag(totals[i], crossing)) places.push_back(i);
+    if (places.empty()) return {};
+    std::vector<std::vector<mray::Hit>> whole(totals.size());
+    auto lists = list_hits(RayPart(part.chosen(places), part.world), crossing);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        totals[places[k]] = lists[k].size();
+        whole[places[k]] = std::move(lists[k]);
+    }
     return whole;
 }
 
 mray::HitLists list_first_hits(const RayPart& part, const AllHitsOptions& options) {
     mray::HitLists lists;
     part.ask(mray::ListQuery{part.rays, crossing_of(options.crossing), options.max_hits, lists});
-    const WholeLists whole = list_uncertain(part, options.crossing, lists.total);
-    if (whole.places.empty()) return lists;
+    const auto whole = list_uncertain(part, options.crossing, lists.total);
+    if (whole.empty()) return lists;
     std::vector<mray::Hit> hits;
     auto next = lists.hits.cbegin();
-    for (std::size_t i = 0, k = 0; i < part.size(); ++i) {
+    for (std::size_t i = 0; i < part.size(); ++i) {
         std::span<const mray::Hit> found(next, next + lists.listed[i]);
         next += lists.listed[i];
-        if (k < whole.places.size() && whole.places[k] == i) {
-            found = whole.hits[k++];
+        if (!whole[i].empty()) {
+            found = whole[i];
             found = found.first(std::min<std::size_t>(found.size(), options.max_hits));
             lists.listed[i] = static_cast<std::uint32_t>(found.size());
         }
@@ -117,33 +117,6 @@ mray::Hit find_next(SceneImpl& scene, const QueryFilter& filter, const Ray& worl
     return mray::no_hit();
 }
 
-/// The hits of some rays of a call, from number `first` on.
-struct BatchHits {
-    std::size_t first;
-    std::vector<std::uint32_t> listed;
-    std::vector<std::uint64_t> total;
-    std::vector<Hit> hits;
-};
-
-AllHits joined(std::vector<BatchHits> found, std::size_t ray_count) {
-    std::ranges::sort(found, {}, &BatchHits::first);
-    AllHits all;
-    all.offsets.reserve(ray_count + 1);
-    all.left_out.reserve(ray_count);
-    std::size_t hit_count = 0;
-    for (const BatchHits& own : found) hit_count += own.hits.size();
-    all.hits.reserve(hit_count);
-    for (BatchHits& own : found) {
-        for (std::size_t i = 0; i < own.listed.size(); ++i) {
-            all.offsets.push_back(all.offsets.back() + own.listed[i]);
-            all.left_out.push_back(own.total[i] - own.listed[i]);
-        }
-        all.hits.insert(all.hits.end(), own.hits.begin(), own.hits.end());
-        own = {};
-    }
-    return all;
-}
-
 }  // namespace
 
 void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
@@ -178,26 +151,36 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& al
                              const QueryOptions& options) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
         QueryFilter filter(scene, rays.size(), "rays", rays.size(), options);
+        AllHits all;
+        all.offsets.resize(rays.size() + 1);
+        all.left_out.resize(rays.size());
         std::mutex mutex;
-        std::vector<BatchHits> found;
+        std::map<std::size_t, std::vector<Hit>> found;
         const auto list = [&](const RayPart& part) {
-            mray::HitLists lists = list_first_hits(part, all_options);
-            BatchHits own{
-                part.numbers.front(), std::move(lists.listed), std::move(lists.total), {}};
-            own.hits.reserve(lists.hits.size());
+            const mray::HitLists lists = list_first_hits(part, all_options);
+            std::vector<Hit> hits;
+            hits.reserve(lists.hits.size());
             auto hit = lists.hits.begin();
             for (std::size_t i = 0; i < part.size(); ++i) {
-                for (std::uint32_t k = 0; k < own.listed[i]; ++k)
-                    own.hits.push_back(to_world(scene.meshes(), scene.space(),
-                                                rays[part.numbers[i]], *hit++,
-                                                part.t_exponents[i]));
+                const std::size_t number = part.numbers[i];
+                all.offsets[number + 1] = lists.listed[i];
+                all.left_out[number] = lists.total[i] - lists.listed[i];
+                for (std::uint32_t k = 0; k < lists.listed[i]; ++k)
+                    hits.push_back(to_world(scene.meshes(), scene.space(), rays[number], *hit++,
+                                            part.t_exponents[i]));
             }
             const std::scoped_lock lock(mutex);
-            found.push_back(std::move(own));
+            found.emplace(part.numbers.front(), std::move(hits));
         };
         for_parts<RayPart, mray::ListQuery>(scene, rays, rays.size(), filter, std::identity(),
                                             list);
-        return joined(std::move(found), rays.size());
+        std::partial_sum(all.offsets.begin(), all.offsets.end(), all.offsets.begin());
+        all.hits.reserve(all.offsets.back());
+        for (auto& [first, hits] : found) {
+            all.hits.insert(all.hits.end(), hits.begin(), hits.end());
+            hits = {};
+        }
+        return all;
     });
 }
 

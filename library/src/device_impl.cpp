@@ -2,6 +2,7 @@
 
 #include "common/version.h"
 #include "cpu/cpu_backend.h"
+#include "library/src/engine.h"
 #include "library/src/scene/errors.h"
 #include "morphray/version.hpp"
 #ifdef MORPHRAY_HAS_VULKAN
@@ -109,6 +110,9 @@ Device Device::vulkan(const VulkanOptions& options) {
     });
 }
 
+std::uint32_t engine::device_index(const std::string& device) {
+    return with_public_errors([&] { return mray::gpu::find_device(device).index; });
+}
 DeviceCheck check_vulkan_device(const std::string& device) {
     return with_public_errors([&] { return run_self_test(mray::gpu::find_device(device)); });
 }
@@ -125,6 +129,7 @@ DeviceCheck keep_lost_device(const std::string& device, const std::string& what)
 }
 Device Device::vulkan(const VulkanOptions&) { throw_no_vulkan(); }
 std::vector<VulkanDeviceInfo> vulkan_devices() { throw_no_vulkan(); }
+std::uint32_t engine::device_index(const std::string&) { throw_no_vulkan(); }
 DeviceCheck check_vulkan_device(const std::string&) { throw_no_vulkan(); }
 std::optional<DeviceCheck> kept_device_check(const std::string&) { throw_no_vulkan(); }
 DeviceCheck keep_lost_device(const std::string&, const std::string&) { throw_no_vulkan(); }

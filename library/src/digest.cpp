@@ -3,7 +3,10 @@
 #include <random>
 
 #include "common/base/hash.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/platform.h"
+#include "common/scene/pose.h"
+#include "library/src/device_impl.h"
 #include "library/src/engine.h"
 #include "library/src/scene/errors.h"
 #include "morphray/images.hpp"
@@ -83,6 +86,10 @@ public:
             {{{0.75, -0.625, 0, 0.5}, {0.625, 0.75, 0.125, -0.5}, {0, -0.25, 0.875, 0.125}}}};
         scene.update(std::array{MeshPose{0, turned}, MeshPose{1, turned}});
         add_answers(scene, Rays::primary);
+        if (step_) {
+            refit_point("signs of zeros", device, vec3(0.0f, -0.0f, 0.0f));
+            refit_point("denormals", device, vec3(0x1p-140f));
+        }
         return hasher_.digest();
     }
 
@@ -117,10 +124,24 @@ private:
         render(scene, rays_of_image);
         if (!step_) return;
         if (rays_of_image == Rays::ao) render_lit(scene);
-        // NaNs of other processors may have other bits, so trees are no part of kDigest.
+        end_tree_step("boxes and leaves", engine::backend(scene));
+    }
+
+    /// NaNs of other processors may have other bits, so trees are no part of kDigest.
+    void end_tree_step(const char* what, mray::Backend& backend) {
         mray::Bvh tree;
-        engine::backend(scene).read_tree(tree);
-        step_("boxes and leaves", mray::bvh_hash(tree));
+        backend.read_tree(tree);
+        step_(what, mray::bvh_hash(tree));
+    }
+
+    /// Refits the box of a triangle that is this point, in a tree of that alone.
+    void refit_point(const char* what, const Device& device, const vec3& point) {
+        mray::Topology topology{.triangles = {{0, 1, 2}}, .albedo = {0}, .vertex_count = 3};
+        const mray::Pose pose(std::vector<vec3>(3, point));
+        const std::unique_ptr<mray::Backend> backend = DeviceImpl::of(device).make_backend();
+        backend->set_scene(topology, pose, mray::build_bvh(topology, pose.positions()));
+        backend->refit(mray::RefitExtent::kAll);
+        end_tree_step(what, *backend);
     }
 
     void ask(const Scene& scene) {

@@ -1,9 +1,6 @@
 #include "library/src/engine.h"
 
 #include "library/src/scene_impl.h"
-#ifdef MORPHRAY_HAS_VULKAN
-#include "gpu/vulkan_backend.h"
-#endif
 
 namespace morphray::engine {
 
@@ -23,7 +20,10 @@ std::unique_ptr<mray::Backend> copy_on(const Device& device, const Scene& scene)
     return copy;
 }
 
-void read_positions(const Scene& scene) { SceneImpl::of(scene).read_positions(); }
+void read_positions(const Scene& scene) {
+    SceneImpl& impl = SceneImpl::of(scene);
+    impl.read_positions(impl.meshes().deforming_vertices());
+}
 std::span<const mray::vec3> positions(const Scene& scene) {
     return SceneImpl::of(scene).pose().positions();
 }
@@ -67,14 +67,6 @@ mray::ImageParams image_params(const Scene& scene, const View& view) {
     const SceneImpl& impl = SceneImpl::of(scene);
     return mray::make_image_params(to_spec(view, impl.options().origin), impl.pose().bounds(),
                                    impl.pose().space());
-}
-
-std::uint32_t device_index([[maybe_unused]] const std::string& device) {
-#ifdef MORPHRAY_HAS_VULKAN
-    return mray::gpu::find_device(device).index;
-#else
-    throw mray::Error(mray::ErrorKind::kUnavailable, "Vulkan: this library is built without it");
-#endif
 }
 
 }  // namespace morphray::engine

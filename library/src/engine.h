@@ -27,7 +27,7 @@ mray::ViewSpec to_spec(const View& view, const Point& origin);
 /// The parameters of an image of the positions that were read last.
 mray::ImageParams image_params(const Scene& scene, const View& view);
 
-/// The index among vulkan_devices() of the device that VulkanOptions::device names.
+/// The index among vulkan_devices() of the device that VulkanOptions::device names. Throws Error.
 std::uint32_t device_index(const std::string& device);
 
 }  // namespace morphray::engine

@@ -1,5 +1,4 @@
-#include "library/src/image_stack.h"
-
+// Stacks: many views of one size, of whose hits only some channels are kept.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -9,8 +8,10 @@
 #include "library/src/engine.h"
 #include "library/src/scene_impl.h"
 
-namespace morphray::detail {
+namespace morphray {
 namespace {
+
+using namespace detail;
 
 /// Makes the channels of a stack. Threads may share it.
 class StackChannels {
@@ -128,9 +129,7 @@ void check_stack(std::span<const View> views, const ImageStack& stack) {
     }
 }
 
-}  // namespace
-
-void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
+void render_stack(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
     check_stack(views, stack);
     stack.ray_count = 0;
     stack.trace_ms = 0;
@@ -158,4 +157,10 @@ void render(SceneImpl& scene, std::span<const View> views, ImageStack& stack) {
     scene.cost.add_image(stack.trace_ms, stack.ray_count);
 }
 
-}  // namespace morphray::detail
+}  // namespace
+
+void Scene::render(std::span<const View> views, ImageStack& stack) const {
+    with_scene(impl_, [&](SceneImpl& scene) { render_stack(scene, views, stack); });
+}
+
+}  // namespace morphray

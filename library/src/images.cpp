@@ -39,12 +39,9 @@ HitsFile parse(const std::string& file, std::string_view text) {
     const std::uint64_t pixels = std::uint64_t{header.width} * header.height;
     const std::uint64_t rest = text.size() - sizeof(header);
     const std::uint64_t per_image = sizeof(mray::Hit) + sizeof(std::uint32_t);
-    // Divided, not multiplied: the numbers of a damaged file may overflow.
-    const bool fits = pixels == 0 || header.image_count == 0
-                          ? rest == 0
-                          : rest % per_image == 0 && rest / per_image % pixels == 0 &&
-                                rest / per_image / pixels == header.image_count;
-    if (!fits) {
+    // The numbers of a damaged file may overflow 64 bits.
+    __extension__ typedef unsigned __int128 Wide;
+    if (rest != Wide{pixels} * per_image * header.image_count) {
         refuse(fmt::format("{} bytes do not fit {} images of {}x{}", text.size(),
                            header.image_count, header.width, header.height));
     }

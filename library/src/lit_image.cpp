@@ -161,17 +161,6 @@ private:
     std::atomic<std::uint64_t> ray_count_ = 0;
 };
 
-/// The smooth surface above a hit of a flat one; nothing if all corners are flat.
-std::optional<mray::Surface> surface_above(const mray::cpu::LitSamples& samples,
-                                           const mray::Surface& flat, const mray::Hit& hit) {
-    const mray::VertexNormals& smooth = *samples.view.normals;
-    if (smooth.ids()[hit.prim_id] == mray::uvec3(mray::kFlatCorner)) return std::nullopt;
-    const mray::uvec3 t = samples.topology.triangles[hit.prim_id];
-    const auto [a, b, c] = corner_normals(smooth, hit.prim_id, flat.normal);
-    return mray::smooth_surface(flat, samples.positions[t.x], samples.positions[t.y],
-                                samples.positions[t.z], a, b, c, hit.u, hit.v);
-}
-
 /// Replaces each hit in a hole by the next hit of its ray: camera rays first, then shadow rays and
 /// rays of the sky. Returns the number of rays.
 std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, TracedImage& image) {
@@ -238,13 +227,19 @@ std::uint64_t light_smooth_surfaces(SceneImpl& scene, const mray::Watch& watch,
     const mray::ImageParams& params = samples.view.params;
     SampleRays rays(scene, watch, params);
     const mray::cpu::LitShader shader(scene.target());
+    const mray::VertexNormals& smooth = *samples.view.normals;
     /// Adds ray_of(flat, above) for a sample, if a smooth surface is above it.
     const auto add_ray = [&](std::uint32_t x, std::uint32_t y, SampleBatch& batch, auto ray_of) {
         const std::size_t sample = std::size_t{y} * params.width + x;
         const mray::Hit& hit = samples.hits[sample];
+        if (smooth.ids()[hit.prim_id] == mray::uvec3(mray::kFlatCorner)) return;
         const mray::Surface flat = rays.surface(x, y, hit);
-        const std::optional<mray::Surface> above = surface_above(samples, flat, hit);
-        if (above) batch.add(ray_of(flat, *above), sample);
+        const mray::uvec3 t = samples.topology.triangles[hit.prim_id];
+        const auto [a, b, c] = corner_normals(smooth, hit.prim_id, flat.normal);
+        const mray::Surface above =
+            mray::smooth_surface(flat, samples.positions[t.x], samples.positions[t.y],
+                                 samples.positions[t.z], a, b, c, hit.u, hit.v);
+        batch.add(ray_of(flat, above), sample);
     };
     const auto from_light = [&](std::uint32_t y, SampleBatch& batch) {
         std::vector<std::uint32_t> xs;
@@ -403,8 +398,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     const double normals_ms = stopwatch.ms();
     image.pixels.resize(std::size_t{view.width} * view.height);
     image.linear.resize(is_lit && view.linear ? image.pixels.size() : 0);
-    const bool is_traced = render_on_device(scene, lit, view.hits, traced, image);
-    if (!is_traced) {
+    if (!render_on_device(scene, lit, view.hits, traced, image)) {
         trace_samples(scene.tracer(), view, watch, traced, image);
         shade_on_host(scene, watch, lit, traced, image);
     }

@@ -6,6 +6,8 @@
 
 namespace morphray::detail {
 
+class SceneImpl;
+
 /// Traces and shades a view in the CPU's shader. Throws as Scene::render().
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
                 Image& image);

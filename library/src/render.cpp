@@ -7,8 +7,10 @@
 #include "library/src/lit_image.h"
 #include "library/src/scene_impl.h"
 
-namespace morphray::detail {
+namespace morphray {
 namespace {
+
+using namespace detail;
 
 /// An image of one sample a pixel in the colours of the backend.
 void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image& image) {
@@ -69,9 +71,7 @@ void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray
     });
 }
 
-}  // namespace
-
-void render(SceneImpl& scene, const View& view, Image& image) {
+void render_view(SceneImpl& scene, const View& view, Image& image) {
     TracedImage traced = scene.image_memory.take();
     const mray::Watch watch(view.cancel, view.progress);
     {
@@ -91,4 +91,15 @@ void render(SceneImpl& scene, const View& view, Image& image) {
     scene.image_memory.give_back(std::move(traced));
 }
 
-}  // namespace morphray::detail
+}  // namespace
+
+Image Scene::render(const View& view) const {
+    Image image;
+    render(view, image);
+    return image;
+}
+void Scene::render(const View& view, Image& image) const {
+    with_scene(impl_, [&](SceneImpl& scene) { render_view(scene, view, image); });
+}
+
+}  // namespace morphray

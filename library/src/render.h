@@ -10,8 +10,6 @@
 
 namespace morphray::detail {
 
-class SceneImpl;
-
 struct TracedImage {
     /// Of the samples: width and height are those of the image times a pixel's side.
     mray::ImageParams params = {};
@@ -40,8 +38,5 @@ private:
     std::mutex mutex_;
     TracedImage spare_;
 };
-
-/// Renders a view at the pose. Throws as Scene::render().
-void render(SceneImpl& scene, const View& view, Image& image);
 
 }  // namespace morphray::detail

@@ -5,7 +5,6 @@
 #include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
-#include "library/src/image_stack.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -50,17 +49,13 @@ mray::Transform rounded(const MeshPose& pose, const mray::Origin& origin) {
     const auto& rows = pose.transform.rows;
     const mray::vec3 t = origin.to_world({rows[0][3], rows[1][3], rows[2][3]});
     const auto row = [&](std::size_t axis) {
-        const auto& m = rows[axis];
-        return mray::vec4(mray::Origin().to_world({m[0], m[1], m[2]}), t[static_cast<int>(axis)]);
-    };
-    const mray::Transform transform{row(0), row(1), row(2)};
-    for (const mray::vec4& r : {transform.x, transform.y, transform.z}) {
-        if (std::isfinite(r.x) && std::isfinite(r.y) && std::isfinite(r.z) && std::isfinite(r.w))
-            continue;
+        const mray::vec3 m = mray::Origin().to_world({rows[axis][0], rows[axis][1], rows[axis][2]});
+        const float last = t[static_cast<int>(axis)];
+        if (mray::all_finite(m) && std::isfinite(last)) return mray::vec4(m, last);
         throw_bad_argument("the pose of mesh {} has a number that is not finite or beyond floats",
                            pose.geom_id);
-    }
-    return transform;
+    };
+    return {row(0), row(1), row(2)};
 }
 
 const SceneOptions& checked(const SceneOptions& options) {
@@ -83,11 +78,12 @@ decltype(auto) with_change(const std::unique_ptr<SceneImpl>& impl, Work work) {
 
 SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
                      const SceneOptions& options)
-    : device_(device), options_(checked(options)), pose_(options.bounds, options.origin, target()) {
+    : device_(device),
+      options_(checked(options)),
+      pose_(options.bounds, options.origin, target()),
+      tracer_(DeviceImpl::of(device).make_backend()) {
     for (const MeshView& mesh : meshes) meshes_.attach(mesh);
-    meshes_.make_changes();
-    read_list();
-    start(nullptr);
+    change_meshes();
 }
 
 SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel)
@@ -95,6 +91,8 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::at
       options_(other.options_),
       meshes_(other.meshes_),
       pose_(other.pose_),
+      space_(std::in_place, pose_.space(), target()),
+      tracer_(DeviceImpl::of(device).make_backend()),
       left_out_(other.left_out_) {
     options_.cancel = cancel;
     mray::Bvh tree;
@@ -104,8 +102,6 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::at
 
 /// Hands the meshes to the tracer with a tree, which is built if there is none.
 void SceneImpl::start(const mray::Bvh* tree) {
-    if (tracer_ == nullptr) tracer_ = DeviceImpl::of(device_).make_backend();
-    took_pose();
     const mray::BuildConfig build{.threads = DeviceImpl::of(device_).threads,
                                   .watch = mray::Watch(options_.cancel)};
     mray::UpdateConfig config{.record_cost_ratio = options_.record_cost_ratio};
@@ -122,18 +118,19 @@ void SceneImpl::start(const mray::Bvh* tree) {
     cost.reset();
 }
 
-void SceneImpl::took_pose() {
+/// Calls read(), which brings the pose to the caller's positions.
+template <class Read>
+void SceneImpl::read_pose(Read read) {
+    const mray::Stopwatch watch;
+    read();
+    left_out_ = pose_.left_out(meshes_);
+    read_ms_ = watch.ms();
     space_.emplace(pose_.space(), target());
     has_normals_of_pose_ = false;
 }
 
-void SceneImpl::read_list() {
-    const mray::Stopwatch watch;
-    pose_.read_list(meshes_, arena());
-    left_out_ = pose_.left_out(meshes_);
-    read_ms_ = watch.ms();
-    normals_.reset();
-    edge_counts_.reset();
+void SceneImpl::read_positions(std::span<const MeshVertices> vertices) {
+    read_pose([&] { pose_.read(meshes_, vertices, arena()); });
 }
 
 std::unique_lock<std::mutex> SceneImpl::change_lock() {
@@ -190,23 +187,17 @@ void SceneImpl::change_meshes() {
     // A refit that is pending, or has failed, needs the positions as they are.
     tracer_->finish();
     meshes_.make_changes();
-    read_list();
+    read_pose([&] { pose_.read_list(meshes_, arena()); });
+    normals_.reset();
+    edge_counts_.reset();
     start(nullptr);
-}
-
-void SceneImpl::read(std::span<const MeshVertices> vertices) {
-    const mray::Stopwatch watch;
-    pose_.read(meshes_, vertices, arena());
-    left_out_ = pose_.left_out(meshes_);
-    read_ms_ = watch.ms();
-    took_pose();
 }
 
 void SceneImpl::follow(std::span<const MeshVertices> vertices) {
     updater_->frame_done(
         {.ms = cost.ms(), .rays = cost.rays(), .other_rays = cost.rays() - cost.image_rays()});
     cost.reset();
-    read(vertices);
+    read_positions(vertices);
     const mray::TreeStep step = updater_->update().step;
     // These keep the tree as it is but for its boxes.
     if (step != mray::TreeStep::kKept && step != mray::TreeStep::kRefitted)
@@ -236,13 +227,12 @@ std::span<const std::uint32_t> SceneImpl::meshes_of_subtrees() {
     if (knows_meshes_of_subtrees_) return meshes_of_subtrees_;
     std::vector<std::uint32_t> meshes;
     for (const mray::IndexRange& prims : mray::prim_ranges(tracer_->host_tree())) {
-        if (prims.begin >= prims.end) {
-            meshes.push_back(kNoGeometry);
-            continue;
-        }
-        const std::uint32_t first = meshes_.locate(0, 0, 0, prims.begin).geom_id;
-        const std::uint32_t last = meshes_.locate(0, 0, 0, prims.end - 1).geom_id;
-        meshes.push_back(first == last ? first : kNoGeometry);
+        const auto mesh_of = [&](std::uint32_t prim) {
+            return meshes_.locate(0, 0, 0, prim).geom_id;
+        };
+        const bool has_one =
+            prims.begin < prims.end && mesh_of(prims.begin) == mesh_of(prims.end - 1);
+        meshes.push_back(has_one ? mesh_of(prims.begin) : kNoGeometry);
     }
     meshes_of_subtrees_ = std::move(meshes);
     knows_meshes_of_subtrees_ = true;
@@ -256,14 +246,6 @@ const mray::VertexNormals& SceneImpl::normals() {
         has_normals_of_pose_ = true;
     }
     return *normals_;
-}
-
-const EdgeCounts& SceneImpl::edge_counts() {
-    if (!edge_counts_) {
-        const mray::EdgeCounts counts = mray::count_edges(meshes_.topology(), pose_.positions());
-        edge_counts_ = {counts.open, counts.shared, counts.turned, counts.uneven, counts.twins};
-    }
-    return *edge_counts_;
 }
 
 }  // namespace detail
@@ -366,20 +348,8 @@ void Scene::detach(std::uint32_t geom_id) {
 Update Scene::last_update() const {
     return with_scene(impl_, [](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex());
-        return scene.finish_update();
+        return scene.to_public(scene.updater_->finish());
     });
-}
-
-Image Scene::render(const View& view) const {
-    Image image;
-    render(view, image);
-    return image;
-}
-void Scene::render(const View& view, Image& image) const {
-    with_scene(impl_, [&](SceneImpl& scene) { detail::render(scene, view, image); });
-}
-void Scene::render(std::span<const View> views, ImageStack& stack) const {
-    with_scene(impl_, [&](SceneImpl& scene) { detail::render(scene, views, stack); });
 }
 
 TreeStatistics Scene::tree_statistics() const {
@@ -430,7 +400,13 @@ Box Scene::bounds() const {
 EdgeCounts Scene::edge_counts() const {
     return with_scene(impl_, [](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex());
-        return scene.edge_counts();
+        if (!scene.edge_counts_) {
+            const mray::EdgeCounts counts =
+                mray::count_edges(scene.meshes().topology(), scene.pose().positions());
+            scene.edge_counts_ = {counts.open, counts.shared, counts.turned, counts.uneven,
+                                  counts.twins};
+        }
+        return *scene.edge_counts_;
     });
 }
 

@@ -24,8 +24,8 @@ public:
 
     /// Keeps other changes out. Throws Error(busy), and as require_usable().
     std::unique_lock<std::mutex> change_lock();
-    /// Reads the positions of all deforming meshes, but leaves the tree as it is (engine.h).
-    void read_positions() { read(meshes_.deforming_vertices()); }
+    /// Reads positions, but leaves the tree as it is (engine.h).
+    void read_positions(std::span<const MeshVertices> vertices);
 
     /// Throws what broke the scene, or mray::Error in a forked child of a device's process.
     void require_usable() const {
@@ -47,13 +47,10 @@ public:
     /// Images lock it, and queries for the members below.
     std::mutex& mutex() const { return mutex_; }
     mray::Backend& tracer() const { return *tracer_; }
-    Update finish_update() { return to_public(updater_->finish()); }
     const mray::VertexNormals& normals();
     /// The only mesh of each subtree of the host's tree, numbered as in mray::TriangleFilter, or
     /// kNoGeometry. Valid until the next update. The mutex must be free.
     std::span<const std::uint32_t> meshes_of_subtrees();
-    /// Of the meshes at the pose of the first call.
-    const EdgeCounts& edge_counts();
 
 private:
     /// Its changes hold the change_lock().
@@ -65,11 +62,10 @@ private:
     Update run_update(Work work);
     Update update_all(bool takes_bounds);
     Update update_vertices(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    void read_list();
+    template <class Read>
+    void read_pose(Read read);
     void start(const mray::Bvh* tree);
-    void took_pose();
     void change_meshes();
-    void read(std::span<const MeshVertices> vertices);
     void follow(std::span<const MeshVertices> vertices);
 
     Device device_;
@@ -90,6 +86,7 @@ private:
     std::vector<std::uint32_t> meshes_of_subtrees_;
     /// False until they are found for the current tree. Threads read it without the mutex.
     std::atomic<bool> knows_meshes_of_subtrees_ = false;
+    /// At the pose of the first question.
     std::optional<EdgeCounts> edge_counts_;
 };
 

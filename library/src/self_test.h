@@ -10,11 +10,8 @@
 namespace morphray::detail {
 
 /// What differs first from the CPU without SIMD, such as "closest hits"; empty if all bits of the
-/// digest's answers and trees are equal. Throws Error.
+/// digest's answers and trees are equal. "denormals" if only those do. Throws Error.
 std::string find_difference(const Device& tested);
-/// True if the device takes denormals for 0. No result depends on that
-/// (docs/design/arithmetic.md, "No denormals"). Throws Error.
-bool flushes_denormals(const Device& tested);
 
 /// Runs the test with all kernels, and keeps the result. Throws Error(limit).
 DeviceCheck run_self_test(const mray::gpu::DeviceInfo& info);

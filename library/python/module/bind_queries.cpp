@@ -69,14 +69,11 @@ py::array answer(PyScene& scene, const QueryKeywords& keywords, const QueryArray
     return array;
 }
 
-template <class Number, class Element>
+template <class Element>
 py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
-    static_assert(sizeof(Number) == sizeof(Element));
-    auto owned = std::make_unique<std::vector<Element>>(std::move(elements));
-    const py::capsule owner(
-        owned.get(), [](void* vector) { delete static_cast<std::vector<Element>*>(vector); });
-    const std::vector<Element>& vector = *owned.release();
-    return py::array(dtype, static_cast<py::ssize_t>(vector.size()), vector.data(), owner);
+    auto* const all = new std::vector<Element>(std::move(elements));
+    const py::capsule owner(all, [](void* p) { delete static_cast<std::vector<Element>*>(p); });
+    return py::array(dtype, static_cast<py::ssize_t>(all->size()), all->data(), owner);
 }
 
 /// A member of Scene that is overloaded.
@@ -104,9 +101,9 @@ py::object intersect_all(PyScene& scene, QueryKeywords keywords, const py::objec
                  all = asked.intersect_all(batch, all_options, options);
              });
     const py::dtype numbers = py::dtype::of<std::int64_t>();
-    py::array offsets = owning_array<std::int64_t>(numbers, std::move(all.offsets));
-    py::array hits = owning_array<Hit>(dtypes().hit, std::move(all.hits));
-    py::array left_out = owning_array<std::int64_t>(numbers, std::move(all.left_out));
+    py::array offsets = owning_array(numbers, std::move(all.offsets));
+    py::array hits = owning_array(dtypes().hit, std::move(all.hits));
+    py::array left_out = owning_array(numbers, std::move(all.left_out));
     return py::module_::import("morphray").attr("AllHits")(offsets, hits, left_out);
 }
 

@@ -234,8 +234,7 @@ py::array differences_of(const Comparison& comparison) {
         {"index", py::dtype::of<std::uint64_t>()},
         {"first", dtypes().hit},
         {"second", dtypes().hit}};
-    const py::object dtype = py::module_::import("numpy").attr("dtype")(fields);
-    py::array array(py::reinterpret_borrow<py::dtype>(dtype),
+    py::array array(py::dtype::from_args(py::cast(fields)),
                     static_cast<py::ssize_t>(comparison.differences.size()));
     static_assert(sizeof(HitDifference) == 48 && offsetof(HitDifference, second) == 28);
     std::ranges::copy(comparison.differences, static_cast<HitDifference*>(array.mutable_data()));

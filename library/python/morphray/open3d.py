@@ -163,9 +163,6 @@ class RaycastingScene:
         """
         all_hits = self._scene().intersect_all(_rays(rays)[0])
         hits = all_hits.hits
-        if len(hits) > 0xFFFFFFFF:
-            raise ValueError(f"list_intersections: {len(hits)} hits are more than uint32 counts; "
-                             "morphray.Scene.intersect_all() has no such limit")
         return _results({"ray_splits": all_hits.offsets.astype(np.uint32),
                          "ray_ids": all_hits.ray_ids.astype(np.uint32),
                          "t_hit": hits["t"].copy(), **_primitives(hits)}, rays)

@@ -111,12 +111,8 @@ std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
 std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
     const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
     std::vector<mray::Texcoords> texcoords(numbers.size() / 6);
-    for (std::size_t i = 0; i < texcoords.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::size_t at = 6 * i + 2 * k;
-            texcoords[i][k] = {finite(numbers[at]), finite(numbers[at + 1])};
-        }
-    }
+    static_assert(sizeof(mray::Texcoords) == 6 * sizeof(float));
+    std::ranges::transform(numbers, reinterpret_cast<float*>(texcoords.data()), finite);
     return texcoords;
 }
 

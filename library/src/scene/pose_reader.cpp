@@ -146,16 +146,6 @@ void PoseReader::for_each_world_run(const MeshSlot& mesh, std::size_t begin, std
     }
 }
 
-mray::PoseExtent PoseReader::extent_of(const MeshSlot& mesh, mray::ThreadArena& arena) const {
-    return for_each_part(0, mesh.vertex_count(), arena, [&](std::size_t first, std::size_t count) {
-        mray::PoseExtent part;
-        mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
-            for_each_world_run(mesh, from, to, [&](std::size_t, auto run) { part.add(run); });
-        });
-        return part;
-    });
-}
-
 void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
                          mray::ThreadArena& arena) {
     std::map<std::uint32_t, KeptPositions> kept;
@@ -187,7 +177,14 @@ void PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
     std::vector<WorldBounds> parts;
     for (const MeshSlot& mesh : meshes.slots()) {
         if (!mesh.used) continue;
-        const mray::PoseExtent part = extent_of(mesh, arena);
+        const auto extent_of = [&](std::size_t first, std::size_t count) {
+            mray::PoseExtent extent;
+            mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
+                for_each_world_run(mesh, from, to, [&](std::size_t, auto run) { extent.add(run); });
+            });
+            return extent;
+        };
+        const mray::PoseExtent part = for_each_part(0, mesh.vertex_count(), arena, extent_of);
         pose.extend(part);
         parts.push_back(part.bounds(part.limit()));
     }
@@ -197,8 +194,8 @@ void PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
     if (space != space_) move_to(space, meshes, arena);
 }
 
-/// Makes a pose with the positions of meshes that were there before, and none of the others.
-void PoseReader::place_meshes(const MeshList& meshes) {
+void PoseReader::read_list(const MeshList& meshes, mray::ThreadArena& arena) {
+    // The positions of meshes that were there before, and none of the others.
     std::vector<vec3> placed(meshes.topology().vertex_count, vec3(mray::kInvalidCoordinate));
     auto kept_before = std::exchange(kept_, {});
     for (const MeshSlot& mesh : meshes.slots()) {
@@ -209,10 +206,6 @@ void PoseReader::place_meshes(const MeshList& meshes) {
             kept_.emplace(mesh.first_vertex, std::move(kept->second));
     }
     pose_ = mray::Pose(std::move(placed));
-}
-
-void PoseReader::read_list(const MeshList& meshes, mray::ThreadArena& arena) {
-    place_meshes(meshes);
     std::vector<MeshVertices> all;
     for (const MeshSlot& mesh : meshes.slots()) {
         if ((mesh.used && !mesh.vertex_before) || mesh.follows_positions())

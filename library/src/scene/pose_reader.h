@@ -53,14 +53,12 @@ private:
         std::uint64_t too_small = 0;
     };
 
-    void place_meshes(const MeshList& meshes);
     mray::cpu::MadePositions write(const mray::SceneSpace& space, std::size_t first,
                                    std::span<const mray::vec3> run);
     void read_of_mesh(const MeshVertices& range, mray::ThreadArena& arena);
     template <class Use>
     void for_each_world_run(const MeshSlot& mesh, std::size_t begin, std::size_t end,
                             Use use) const;
-    mray::PoseExtent extent_of(const MeshSlot& mesh, mray::ThreadArena& arena) const;
     std::uint64_t count_too_small(const MeshSlot& mesh, const mray::Topology& topology) const;
     void find_space(const MeshList& meshes, mray::ThreadArena& arena);
     void move_to(const mray::SceneSpace& space, const MeshList& meshes, mray::ThreadArena& arena);

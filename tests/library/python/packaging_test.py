@@ -45,15 +45,12 @@ def test_wheel_is_complete(backend, tmp_path):
     assert {"morphray/__init__.py", "morphray/open3d.py", "morphray/py.typed"} <= set(names)
     assert any(n.startswith("morphray/_morphray") and n.endswith(".so") for n in names)
     info = f"morphray-{morphray.__version__}.dist-info"
-    # What pip asks for before anything is compiled.
-    assert backend.prepare_metadata_for_build_wheel(tmp_path) == info
-    assert (tmp_path / info / "METADATA").read_bytes() == wheel.read(f"{info}/METADATA")
-    assert b"Requires-Dist: numpy" in wheel.read(f"{info}/METADATA")
     check_record(wheel)
     tag = re.search("^Tag: (.*)$", wheel.read(f"{info}/WHEEL").decode(), re.M).group(1)
     assert path.name == f"morphray-{morphray.__version__}-{tag}.whl"
     metadata = wheel.read(f"{info}/METADATA").decode()
     assert f"Version: {morphray.__version__}\n" in metadata
+    assert "Requires-Dist: numpy\n" in metadata
     assert f"{info}/LICENSE" in names
     # The module that was packed traces.
     wheel.extractall(tmp_path)
