@@ -53,18 +53,17 @@ std::string find_python() {
 
 }  // namespace
 
-void require_matplotlib(std::string_view who) {
+void require_matplotlib() {
     if (find_python().empty())
         throw Error(ErrorKind::kUnavailable,
-                    "{}: no python3 in PATH has matplotlib; install the package python3-matplotlib",
-                    who);
+                    "chart: no python3 in PATH has matplotlib; install the package "
+                    "python3-matplotlib");
     script_path();
 }
 
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format, bool narrow) {
     static const std::string python = find_python();
     const nlohmann::json spec = {{"title", figure.title},
-                                 {"footer", figure.footer},
                                  {"details", figure.details},
                                  {"panels", figure.panels},
                                  {"csv", csv}};

@@ -13,16 +13,13 @@ using Panel = std::map<std::string, std::string>;
 
 struct Figure {
     std::string title = {};
-    /// Below the panels.
-    std::string footer = {};
     /// Not drawn; in the file's metadata.
     std::string details = {};
     std::vector<Panel> panels = {};
 };
 
-/// Throws Error(kUnavailable) without a python3 that has matplotlib, or without the script; `who`
-/// begins the message.
-void require_matplotlib(std::string_view who);
+/// Throws Error(kUnavailable) without a python3 that has matplotlib, or without the script.
+void require_matplotlib();
 
 /// Draws a figure of columns of this CSV as "svg", "pdf" or "png"; `narrow` for phones and columns
 /// of a paper. Throws Error: kInternal if matplotlib fails, kUnavailable without the script,

@@ -1,5 +1,5 @@
 # plot.py SPEC svg|pdf|png [narrow]: draws the figure that a JSON file describes to stdout, 25 cm wide, or narrow:
-# 8.5 cm, for phones and columns of a paper. report/plot.cpp starts it. SPEC has title, footer, details (not drawn,
+# 8.5 cm, for phones and columns of a paper. report/plot.cpp starts it. SPEC has title, details (not drawn,
 # but in the file), panels, and csv, the text of a table, whose column "disturbed" is not empty where a speed means
 # little. Of panels:
 #   kind (lines, points or map), title, note (below it), xlabel, ylabel
@@ -242,17 +242,13 @@ def draw(spec, narrow):
     each = {"points": 2.05 if narrow else 4.6, "lines": 1.5 if narrow else 2.2,
             "map": len(series) * (0.14 if narrow else 0.24) + (1.3 if "percent" in panels[0] else 0.5)}[kind]
     title = textwrap.wrap(spec["title"], int(width * 72 / (size + 2) / 0.57))
-    footer = textwrap.wrap(spec["footer"], int(width * 72 / size / 0.56))
-    line = size * 1.25 / 72
-    height = down * each + line * (1.5 * len(title) + len(footer))
+    height = down * each + size * 1.25 / 72 * 1.5 * len(title)
     figure = Figure(figsize=(width, height), dpi=72, layout="constrained")
     FigureCanvasAgg(figure)
-    foot = line * len(footer) / height
     # Names of curves stand to their right.
     right = 0.68 * size / 72 * max(map(len, series), default=0) / width if kind == "lines" else 0
-    figure.get_layout_engine().set(rect=(0, foot, 1 - right, 1 - foot))
+    figure.get_layout_engine().set(rect=(0, 0, 1 - right, 1))
     figure.suptitle("\n".join(title), x=0.01, ha="left", size=size + 2, weight="bold")
-    figure.text(0.01, 0.005, "\n".join(footer), va="bottom", color=GREY, size=size)
     grid = figure.subplots(down, across, squeeze=False, sharey=across > 1, sharex=kind == "lines").flat
     draw_panel = {"points": draw_points, "lines": draw_lines, "map": draw_map}[kind]
     when_laid_out = []

@@ -166,7 +166,7 @@ void draw_charts(const std::vector<std::string>& arguments) {
     const bool quick = has('q');
     const bool quiet = has('s');
     const auto scenes = std::span(arguments).subspan(2);
-    plot::require_matplotlib("chart");
+    plot::require_matplotlib();
     require_new_folder(out);
     std::vector<ChartInput> inputs;
     for (const std::string& scene : scenes)

@@ -159,25 +159,18 @@ public:
     ObjMaterials(const fs::path& path, const MeshFileOptions& options, FileMesh& mesh)
         : path_(path), options_(options), mesh_(mesh), name_(escape(path)) {}
 
-    /// Adds the materials of the libraries that a line names: one name with blanks, or several. A
-    /// library that cannot be read is a warning.
-    void read_libraries(std::string_view names) {
+    /// Adds the materials of the library that a line names. One that cannot be read is a warning.
+    void read_library(std::string_view name) {
         if (options_.positions_only) return;
-        names = trimmed(names, kBlanks);
         try {
-            return read_library(side_file(path_, file_name_of(names)));
-        } catch (const Error&) {  // It may be several names.
-        }
-        while (!names.empty() && names.front() != '#') {
-            std::size_t end = 0;
-            do end = std::min(names.find_first_of(kBlanks, end + 1), names.size());
-            while (end < names.size() && names[end - 1] == '\\');
-            try {
-                read_library(find_side_file(path_, file_name_of(names.substr(0, end))));
-            } catch (const Error& error) {
-                unread_.add(name_, "{}; its materials are clay", as_warning(error, name_).text);
-            }
-            names = trimmed(names.substr(end), kBlanks);
+            const fs::path library =
+                find_side_file(path_, file_name_of(name.substr(0, name.find(" #"))));
+            if (libraries_.contains(library)) return;
+            MaterialMap read = read_mtl_text(read_input_file(library), library, odd_colours_);
+            materials_.merge(read);
+            libraries_.insert(library);
+        } catch (const Error& error) {
+            unread_.add(name_, "{}; its materials are clay", as_warning(error, name_).text);
         }
     }
     /// Gives the next faces a material; the default, if the name is not known.
@@ -231,12 +224,6 @@ public:
     }
 
 private:
-    void read_library(const fs::path& library) {
-        if (libraries_.contains(library)) return;
-        MaterialMap read = read_mtl_text(read_input_file(library), library, odd_colours_);
-        materials_.merge(read);
-        libraries_.insert(library);
-    }
     /// The index of the material's texture, or kNoTexture with a warning if there is no such file.
     std::uint32_t texture_of(const Material& material) {
         TextureFile file{.clamp = material.clamp};
@@ -351,7 +338,7 @@ private:
         } else if (keyword == "usemtl") {
             materials_.use(rest);
         } else if (keyword == "mtllib") {
-            materials_.read_libraries(rest);
+            materials_.read_library(rest);
         } else if (statement.starts_with("#MRGB ")) {
             odd_colours_.add([this] { return lines_.place(); },
                              "colours of #MRGB are not read; write v x y z r g b");

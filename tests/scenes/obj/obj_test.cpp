@@ -346,12 +346,13 @@ TEST(ObjMaterials, DiffuseColourBecomesTheAlbedoOfTheFacesAfterIt) {
               (std::vector<Albedo>{kClay, 0x0000FF, 0x0000FF, 0x800000, 0x0000FF}));
     EXPECT_TRUE(result.warnings.empty());
 }
-TEST(ObjMaterials, AllLibrariesOfALineAreRead) {
+TEST(ObjMaterials, AllLibrariesAreRead) {
     const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl a\nKd 1 0 0\n");
     folder.write("b c.mtl", "newmtl b\nKd 0 1 0\n");
-    const ReadMesh result = read_in(folder, "mtllib none.mtl a.mtl b\\ c.mtl \n" + kVertices +
-                                                "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
+    const ReadMesh result =
+        read_in(folder, "mtllib none.mtl\nmtllib a.mtl\nmtllib b c.mtl\n" + kVertices +
+                            "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
     EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{0x0000FF, 0x00FF00}));
     EXPECT_EQ(result.warnings.size(), 1u);
 }
