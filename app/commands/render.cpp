@@ -247,25 +247,10 @@ private:
     std::future<Json> writing_;
 };
 
-/// Refuses images whose samples are beyond what an image may have, though its pixels are not.
-void require_samples_fit(const morphray::View& view) {
-    const std::uint64_t side = morphray::sample_side(view.samples);
-    const std::uint64_t width = view.width * side;
-    const std::uint64_t height = view.height * side;
-    if (view.samples == 1 ||
-        (std::max(width, height) <= kMaxImageSide && width * height <= kMaxPixels))
-        return;
-    throw Error(ErrorKind::kLimit,
-                "{}x{} pixels of {} samples are too many; at most {} a side and {} in all are "
-                "possible, give a smaller --size or --samples",
-                view.width, view.height, view.samples, kMaxImageSide, kMaxPixels);
-}
-
 }  // namespace
 
 ExitCode run_render(const Options& given, const Messages& messages) {
     Options options = given;
-    require_samples_fit(options.view);
     const std::unique_ptr<Animation> animation = open_animation(options.source, messages);
     const std::vector<double> frames = select_frames(options, *animation, DefaultFrames::kAll);
     // One tree for all runs.

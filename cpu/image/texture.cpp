@@ -77,13 +77,12 @@ Texcoord texcoord_at(const Texcoords& corners, float u, float v) {
 Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
                  bool clamp, float cutoff)
     : clamp_(clamp) {
-    const auto x = static_cast<std::int32_t>(width), y = static_cast<std::int32_t>(height);
-    levels_.push_back({{x, y, x, y}, 0});
+    levels_.push_back({width, height, 0});
     assert(texels.size() == std::size_t{width} * height && !texels.empty());
     // All levels of a square have a third more.
     texels_.reserve(texels.size() + texels.size() / 3 + 1);
     for (const std::uint32_t texel : texels) texels_.push_back(texel & 0x00FFFFFFu);
-    while (levels_.back().width() > 1 || levels_.back().height() > 1) append_half();
+    while (levels_.back().width > 1 || levels_.back().height > 1) append_half();
     if (cutoff == 0) return;
     // Exact: the cutoff has 24 bits.
     least_alpha_sum_ =
@@ -99,7 +98,7 @@ Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std
 
 bool Texture::fails_alpha_test_at(float u, float v) const {
     const Level& level = levels_.front();
-    const Corners corners = corners_of(u, v, level.width(), level.height(), clamp_);
+    const Corners corners = corners_of(u, v, level.width, level.height, clamp_);
     std::uint32_t sum = 0;
     for (int i = 0; i < 4; ++i) sum += corners.weights[i] * alphas_[corners.texels[i]];
     return sum < least_alpha_sum_;
@@ -117,19 +116,16 @@ float Texture::into_image(float x) const {
 /// Appends a level of half the sides, rounded down: texels are means of what they cover.
 void Texture::append_half() {
     const Level from = levels_.back();
-    Level to = {{}, texels_.size()};
-    for (std::size_t i = 0; i < 4; ++i) to.sides[i] = std::max(from.sides[i] / 2, 1);
-    levels_.back().sides[2] = to.sides[0];
-    levels_.back().sides[3] = to.sides[1];
+    const Level to = {std::max(from.width / 2, 1u), std::max(from.height / 2, 1u), texels_.size()};
     std::vector<Taps> columns;
-    for (std::uint32_t x = 0; x < to.width(); ++x) columns.push_back(taps_of(from.width(), x));
-    for (std::uint32_t y = 0; y < to.height(); ++y) {
-        const Taps rows = taps_of(from.height(), y);
+    for (std::uint32_t x = 0; x < to.width; ++x) columns.push_back(taps_of(from.width, x));
+    for (std::uint32_t y = 0; y < to.height; ++y) {
+        const Taps rows = taps_of(from.height, y);
         for (const Taps& column : columns) {
             std::uint64_t sums[3] = {};
             for (std::uint32_t j = 0; j < rows.count; ++j) {
                 const std::size_t row =
-                    from.first + std::size_t{rows.first + j} * from.width() + column.first;
+                    from.first + std::size_t{rows.first + j} * from.width + column.first;
                 for (std::uint32_t i = 0; i < column.count; ++i) {
                     const std::uint64_t weight = rows.weights[j] * column.weights[i];
                     for (int k = 0; k < 3; ++k) {
@@ -153,7 +149,7 @@ void Texture::append_half() {
 
 /// u and v are within [0, 1], v downwards.
 uvec3 Texture::bilinear(const Level& level, float u, float v) const {
-    const Corners corners = corners_of(u, v, level.width(), level.height(), clamp_);
+    const Corners corners = corners_of(u, v, level.width, level.height, clamp_);
     const std::uint32_t* const texels = texels_.data() + level.first;
     uvec3 colour;
     for (int k = 0; k < 3; ++k) {
@@ -208,7 +204,7 @@ TextureLookup texture_lookup(const TexturedTriangles& triangles, const TexturedS
     const double bu = double{b.u} - double{a.u}, bv = double{b.v} - double{a.v};
     const double cu = double{c.u} - double{a.u}, cv = double{c.v} - double{a.v};
     const double texels =
-        std::fabs(bu * cv - bv * cu) * texture.levels()[0].width() * texture.levels()[0].height();
+        std::fabs(bu * cv - bv * cu) * texture.levels()[0].width * texture.levels()[0].height;
     const double covered = double{sample.depth} * double{sample.depth} * sample.spacing_squared;
     const double facing = std::fabs(glm::dot(cross, glm::dvec3(sample.through)));
     return {&texture, texture.into_image(at.u), texture.into_image(1.0f - at.v),

@@ -29,17 +29,12 @@ public:
             bool clamp, float cutoff = 0);
 
     struct Level {
-        /// Width and height of the level, then of the next one, or of the last once more.
-        alignas(16) std::int32_t sides[4];
+        std::uint32_t width, height;
         std::size_t first;
-
-        std::uint32_t width() const { return static_cast<std::uint32_t>(sides[0]); }
-        std::uint32_t height() const { return static_cast<std::uint32_t>(sides[1]); }
     };
     std::span<const Level> levels() const { return levels_; }
     /// The texels of all levels, packed as in the image, without alpha.
     std::span<const std::uint32_t> texels() const { return texels_; }
-    bool clamps() const { return clamp_; }
 
     /// The coordinate within the image, 0 to 1, that a coordinate stands for. From 2^23 on it is 0.
     float into_image(float x) const;

@@ -33,7 +33,7 @@ uvec3 squares(std::uint32_t texel) {
 
 std::span<const std::uint32_t> level_of(const Texture& texture, std::size_t index) {
     const Texture::Level& level = texture.levels()[index];
-    return texture.texels().subspan(level.first, std::size_t{level.width()} * level.height());
+    return texture.texels().subspan(level.first, std::size_t{level.width} * level.height);
 }
 
 TEST(Texture, ShowsATexelAtItsCentre) {
