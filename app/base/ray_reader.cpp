@@ -171,8 +171,7 @@ NpyRows read_npy(const std::string& name, std::string_view bytes,
     for (const char* at = shape.data(); at < end; ++at)
         at = std::from_chars(at, end, sides.emplace_back()).ptr;
     const bool has_length = !sides.empty() && std::ranges::count(lengths, sides.back()) > 0;
-    const bool is_fortran = form.find("'fortran_order':True") != std::string::npos;
-    if (is_structure && is_fortran) fail(text + " in Fortran order");
+    if (form.find("'fortran_order':False") == std::string::npos) fail(text + ", not in C order");
     if (!has_length || (!is_structure && !is_double && dtype != "'<f4'")) fail(text);
     const std::size_t size = is_double ? sizeof(double) : sizeof(float);
     std::uint64_t count = 1;
@@ -181,18 +180,7 @@ NpyRows read_npy(const std::string& name, std::string_view bytes,
     if (count * size != bytes.size()) fail(text + ", and other bytes");
     NpyRows rows{{}, sides.back()};
     for (std::uint64_t i = 0; i < count; ++i) {
-        std::uint64_t at = i;
-        if (is_fortran) {
-            // The first axis is the one whose neighbours are next to each other.
-            at = 0;
-            std::uint64_t step = count;
-            std::uint64_t rest = i;
-            for (std::size_t axis = sides.size(); axis-- > 0; rest /= sides[axis]) {
-                step /= sides[axis];
-                at += rest % sides[axis] * step;
-            }
-        }
-        const char* const from = bytes.data() + at * size;
+        const char* const from = bytes.data() + i * size;
         rows.numbers.push_back(is_double ? number_at<double>(from) : number_at<float>(from));
     }
     return rows;

@@ -8,7 +8,6 @@
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/base/output_file.h"
-#include "common/image/frame.h"
 #include "report/shell.h"
 #include "report/table.h"
 

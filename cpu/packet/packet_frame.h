@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/interop/ray.h"
 
 namespace mray::cpu {
 

@@ -1,8 +1,6 @@
 #include "cpu/reference/scalar_tracer.h"
 
-#include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 
 #include "common/interop/closest_rule.h"
 #include "common/interop/tie_break_rule.h"

@@ -5,8 +5,6 @@
 #include <cassert>
 #include <cstdint>
 #include <span>
-#include <variant>
-#include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/interop/hit_rule.h"

@@ -6,7 +6,6 @@
 #include <volk.h>
 
 #include <utility>
-#include <vector>
 
 #include "common/base/errors.h"
 

@@ -507,30 +507,20 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
     std::vector<std::string> failures;
     for (const Column& column : columns)
         failures.push_back(fmt::format("{} on {}", column.method, column.failures));
-    const auto map = [&](std::string title, const char* shade, const char* percent) {
-        return plot::Figure{.title = std::move(title),
-                            .details = context.details,
-                            .panels = {{{"kind", "map"},
-                                        {"series", "scene"},
-                                        {"across", "method"},
-                                        {"method", "method"},
-                                        {"shade", shade},
-                                        {"percent", percent}}}};
-    };
     return {
         "failures",
         std::move(table),
         {{"failures",
-          map("Wrong answers per million (% from 10,000 on), on scenes that break methods",
-              "wrong [1/million]", "yes"),
+          {.title = "Wrong answers per million (% from 10,000 on), on scenes that break methods",
+           .details = context.details,
+           .panels = {{{"kind", "map"},
+                       {"series", "scene"},
+                       {"across", "method"},
+                       {"method", "method"},
+                       {"shade", "wrong [1/million]"},
+                       {"percent", "yes"}}}},
           {fmt::format("Wrong on so many of {} scenes: {}.", inputs.size(),
-                       fmt::join(failures, ", "))}},
-         {"failures_t",
-          map("Error of t of right answers: 99 % are at most so many ulp off", "t 99 % [ulp]", ""),
-          {}},
-         {"failures_time",
-          map("Time of a ray over that on the first scene", "time [1/ordinary]", ""),
-          {}}}};
+                       fmt::join(failures, ", "))}}}};
 }
 
 }  // namespace mray::lab

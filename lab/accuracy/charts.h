@@ -50,9 +50,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
 /// frame. `input` has at least two frames.
 Chart deformation_chart(const ChartContext& context, const ChartInput& input,
                         const std::string& suffix);
-/// Failure scenes against methods: wrong answers ("failures"), errors of t ("failures_t"), and the
-/// time of a ray over that on an ordinary scene ("failures_time"). `more` are added to the
-/// program's own scenes.
+/// Wrong answers of methods on failure scenes: the program's own ones and `more`.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
 
 }  // namespace mray::lab

@@ -93,32 +93,6 @@ Trumbore 1997, Woop, Benthin and Wald 2013, Baldwin and Weber 2016, and the firs
 </dl>
 )";
 
-constexpr const char* kReferences = R"(@article{wald2007deformable,
-  author = {Ingo Wald and Solomon Boulos and Peter Shirley},
-  title = {Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies},
-  journal = {ACM Transactions on Graphics}, volume = {26}, number = {1}, year = {2007}}
-@article{wald2014embree,
-  author = {Ingo Wald and Sven Woop and Carsten Benthin and Gregory S. Johnson and Manfred Ernst},
-  title = {Embree: A Kernel Framework for Efficient {CPU} Ray Tracing},
-  journal = {ACM Transactions on Graphics}, volume = {33}, number = {4}, year = {2014}}
-@article{moeller1997fast,
-  author = {Tomas M{\"o}ller and Ben Trumbore},
-  title = {Fast, Minimum Storage Ray/Triangle Intersection},
-  journal = {Journal of Graphics Tools}, volume = {2}, number = {1}, year = {1997}}
-@article{woop2013watertight,
-  author = {Sven Woop and Carsten Benthin and Ingo Wald},
-  title = {Watertight Ray/Triangle Intersection},
-  journal = {Journal of Computer Graphics Techniques}, volume = {2}, number = {1}, year = {2013}}
-@article{baldwin2016fast,
-  author = {Doug Baldwin and Michael Weber},
-  title = {Fast Ray-Triangle Intersections by Coordinate Transformation},
-  journal = {Journal of Computer Graphics Techniques}, volume = {5}, number = {3}, year = {2016}}
-@article{clopper1934confidence,
-  author = {C. J. Clopper and E. S. Pearson},
-  title = {The Use of Confidence or Fiducial Limits Illustrated in the Case of the Binomial},
-  journal = {Biometrika}, volume = {26}, number = {4}, year = {1934}}
-)";
-
 std::string page_of(const std::vector<Chart>& charts, const std::string& details) {
     std::string figures;
     for (const Chart& chart : charts) {
@@ -141,10 +115,9 @@ std::string page_of(const std::vector<Chart>& charts, const std::string& details
         "<style>:root {{ color-scheme: light dark }}\n"
         "body {{ font: 16px/1.5 sans-serif; max-width: 62rem; margin: auto; padding: 1rem }}\n"
         "img {{ width: 100% }} section {{ margin-bottom: 3rem }}\n"
-        "dt {{ font-weight: bold }} pre {{ overflow-x: auto }}</style>\n"
-        "{}<h2>Machine</h2>\n<p>{}</p>\n<h2>Methods</h2>\n{}<h2>References</h2>\n"
-        "<pre>{}</pre>\n</html>\n",
-        figures, markup_text(details), kMethods, kReferences);
+        "dt {{ font-weight: bold }}</style>\n"
+        "{}<h2>Machine</h2>\n<p>{}</p>\n<h2>Methods</h2>\n{}</html>\n",
+        figures, markup_text(details), kMethods);
 }
 
 void write_chart(const fs::path& folder, const Chart& chart) {
@@ -191,7 +164,6 @@ void draw_charts(const std::vector<std::string>& arguments) {
     charts.push_back(failure_chart(context, inputs));
     make_output_folder(out);
     for (const Chart& chart : charts) write_chart(out, chart);
-    write_file(out / "references.bib", kReferences);
     const std::string page = (out / "index.html").string();
     write_file(page, page_of(charts, context.details));
     if (quiet) return;

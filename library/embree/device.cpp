@@ -1,7 +1,6 @@
 #include "library/embree/device.h"
 
 #include <cctype>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>

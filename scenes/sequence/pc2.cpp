@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <functional>
 
 #include "common/base/input_file.h"
 #include "common/text/text.h"

@@ -1,5 +1,4 @@
 // The queries of morphray.Scene about rays and points.
-#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstring>
