@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 
-
 namespace mray::cpu {
 
 inline constexpr std::uint32_t kBlockSide = 4;
