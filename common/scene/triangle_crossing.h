@@ -10,7 +10,7 @@ namespace mray {
 /// The largest error of certain signs of triple products of differences of floats in doubles, as a
 /// part of the sum of the sizes of their products. Checked: lab/proofs/planes.g.
 inline constexpr double kSideRounding = 0x1p-49;
-/// The same of dot products of any vector and a difference.
+/// The largest such error of dot products of any vector and a difference.
 inline constexpr double kPlaneRounding = 0x1p-50;
 
 /// Whether two triangles of finite corners have a point in common that lies on no vertex and on no

@@ -275,7 +275,7 @@ public:
         return lanes::surface_of(org, dir, pixels.t, v[0], v[1], v[2]);
     }
 
-    /// Those of the last call of at().
+    /// The albedos that the last call of at() found.
     HWY_INLINE UintVec albedos() const { return albedos_; }
 
 private:

@@ -42,7 +42,7 @@ struct WarpLoad {
     double alone = 0;
 };
 
-/// That a kernel's registers leave room for on a unit.
+/// The warps that a kernel's registers leave room for on a unit.
 double warps_in_flight(const Card& card, const Kernel& kernel);
 
 /// The load of warps that follow each other on one unit, whose cache they share.

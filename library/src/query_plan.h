@@ -95,7 +95,7 @@ struct RayPart : QueryPart {
 struct PointPart : QueryPart {
     /// All points of the call.
     std::span<const Vec3> world;
-    /// Those that are not finite have is_finite 0 and some place.
+    /// Points that are not finite have is_finite 0 and some place.
     std::vector<mray::vec3> points;
     /// Before they were rounded, or brought nearer.
     std::vector<mray::dvec3> exact;
