@@ -34,12 +34,10 @@ void check_size(const ViewSpec& view) {
     require(view.ao_count > 0, ErrorKind::kBadArgument,
             "0 ambient-occlusion rays a pixel are asked for; at least 1 is needed");
     const std::uint64_t pixels = std::uint64_t{view.width} * view.height;
-    require(
-        view.width <= kMaxImageSide && view.height <= kMaxImageSide && pixels <= kMaxPixels,
-        ErrorKind::kLimit,
-        "{} x {} samples of an image are too many; give a smaller size or fewer samples, at most "
-        "{} a side and {} in all",
-        view.width, view.height, kMaxImageSide, kMaxPixels);
+    require(view.width <= kMaxImageSide && view.height <= kMaxImageSide && pixels <= kMaxPixels,
+            ErrorKind::kLimit,
+            "{} x {} samples are too many; give a smaller image, at most {} a side and {} in all",
+            view.width, view.height, kMaxImageSide, kMaxPixels);
     require(view.ao_count <= kMaxAoCount, ErrorKind::kLimit,
             "{} ambient-occlusion rays a pixel are too many; at most {} are possible",
             view.ao_count, kMaxAoCount);
