@@ -97,31 +97,35 @@ double RayPasses::resume(bool any_hit, std::uint32_t count) {
 }
 
 std::uint32_t RayPasses::answer(const char* what, QueryKernel& kernel, QueryArguments arguments) {
-    const auto dispatch = [&](VkCommandBuffer commands, const Kernel& form) {
-        form.dispatch(commands, arguments, groups_of(arguments.count));
-    };
-    submit_pass(what, Reset::kAll,
-                [&](VkCommandBuffer commands) { dispatch(commands, kernel.begin); });
+    submit_pass(what, Reset::kAll, [&](VkCommandBuffer commands) {
+        kernel.begin.dispatch(commands, arguments, groups_of(arguments.count));
+    });
     if (const std::uint32_t suspended_count = header().suspended_count; suspended_count > 0) {
         kernels_.prepare({&kernel.resume});
         finish(what, suspended_count, [&](VkCommandBuffer commands, const ActiveRays& active) {
             arguments.first = active.first;
             arguments.count = active.count;
             arguments.round = active.is_fresh ? kRoundAnew : kRoundAgain;
-            dispatch(commands, kernel.resume);
+            kernel.resume.dispatch(commands, arguments, groups_of(active.count));
         });
     }
     return header().visible_count;
 }
 
 /// Dispatches for the suspended rays or queries [0, count), as many at a time as have room for
-/// their states, until none is unfinished: each round comes nearer to the end.
+/// their states, until none is unfinished. Throws Error(kInternal) if the device never finishes.
 double RayPasses::finish(const char* what, std::uint32_t count,
                          const std::function<void(VkCommandBuffer, const ActiveRays&)>& dispatch) {
+    // Each node and each triangle is visited at most once, and a round takes a step.
+    const std::uint64_t most_rounds =
+        2 + 64 * (scene_.node_count() + std::uint64_t{kLeafTriangles} * scene_.leaf_count());
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
         ActiveRays active = {first, std::min(size_.resume_slots, count - first), true};
+        std::uint64_t rounds_left = most_rounds;
         for (bool unfinished = true; unfinished; active.is_fresh = false) {
+            if (rounds_left-- == 0)
+                throw Error(ErrorKind::kInternal, "Vulkan: the device never ends a traversal");
             device_ms += submit_pass(what, Reset::kUnfinished,
                                      [&](VkCommandBuffer commands) { dispatch(commands, active); });
             unfinished = header().unfinished_count != 0;

@@ -62,8 +62,8 @@ uint pop() {
 }
 
 uint visit_node() {
-    // A short stack is full: the ray ends here, and `resume` traces it from the root.
-    if (kStackRoom < kMaxStack && stack_size + kWidth - 1u > kStackRoom) return kSteps;
+    // A short stack is full: `resume` traces the ray from the root. Only a broken device fills a whole one.
+    if (stack_size + kWidth - 1u > kStackRoom) return kSteps;
     uint node = current;
     current = kEmptyChild;
     current_key = 0x7FFFFFFF;

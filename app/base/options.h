@@ -57,7 +57,7 @@ struct Options {
     /// The scene; crosscheck sets it to each scene in turn.
     SourceOptions source = {};
     std::string frames = {};
-    /// Empty: the first frame of the scene.
+    /// Without a value it is the first frame of the scene.
     std::optional<double> frame = {};
     Pixel pixel = {};
     /// Its points and lengths are in the coordinates of the file.
@@ -65,24 +65,24 @@ struct Options {
     /// The rays that crosscheck compares.
     std::vector<morphray::Rays> rays = {morphray::Rays::primary, morphray::Rays::shadow,
                                         morphray::Rays::ao};
-    /// Whether a plane below the scene shows shadows. Empty: has_ground() decides.
+    /// True if a plane below the scene shows shadows. Without a value has_ground() decides.
     std::optional<bool> ground = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
 
     std::string out = {};
     std::string json = {};
-    /// The format of colours in EXR files of render. Empty: no EXR files.
+    /// The format of colours in EXR files of render. Without a value there are none.
     std::optional<ExrColours> exr = {};
-    /// The file of raw hits that render writes. Empty: none.
+    /// The file of raw hits that render writes, or empty.
     std::string hits = {};
-    /// Whether the viewer plays from its start.
+    /// True if the viewer plays from its start.
     bool plays = false;
-    /// The file of the viewer's first complete image, after which it ends. Empty: it stays open.
+    /// The file of the viewer's first complete image, after which it ends; or empty.
     std::string screenshot = {};
-    /// Whether crosscheck compares digests of devices instead of scenes.
+    /// True if crosscheck compares digests of devices instead of scenes.
     bool digest = false;
-    /// Whether crosscheck refers to brute force. Empty: where brute force takes seconds.
+    /// True if crosscheck refers to brute force. Without a value it does where that takes seconds.
     std::optional<bool> brute_reference = {};
     /// The number of rays, and of points, that crosscheck asks every backend about in a frame.
     std::uint32_t query_count = 0;
@@ -90,9 +90,9 @@ struct Options {
     std::string html = {};
     /// The command line without the program's name.
     std::vector<std::string> arguments = {};
-    /// The runs of profile whose median is reported. Empty: 10, or 5 where policies are compared.
+    /// The runs of profile whose median is reported. Without a value 10, or 5 to compare policies.
     std::optional<int> repeat = {};
-    /// The policies that profile compares. Empty: it reports the times of the stages.
+    /// The policies that profile compares. Without any it reports the times of stages.
     std::vector<PolicySpec> policies = {};
     std::string csv = {};
     /// The rays of trace, and what it writes about them.
@@ -107,12 +107,12 @@ struct Options {
     bool counts_only = false;
     morphray::FillRule rule = morphray::FillRule::nonzero;
     float max_distance = std::numeric_limits<float>::infinity();
-    /// Whether chart draws small charts.
+    /// True if chart draws small charts.
     bool quick = false;
-    /// Whether info describes the tree, and counts crossings.
+    /// True if info describes the tree; and if it counts crossings.
     bool tree_facts = false;
     bool crossing_count = false;
-    /// Whether devices tests each device.
+    /// True if devices tests each device.
     bool checks = false;
 };
 

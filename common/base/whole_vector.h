@@ -65,7 +65,7 @@ private:
         mpz_class z(std::ldexp(std::frexp(x, &exponent), kMantissa));
         const int shift = exponent - kMantissa + static_cast<int>(digits_);
         const auto places = static_cast<mp_bitcnt_t>(std::abs(shift));
-        // What is shifted out is zeros.
+        // The bits that are shifted out are 0.
         shift < 0 ? mpz_tdiv_q_2exp(z.get_mpz_t(), z.get_mpz_t(), places)
                   : mpz_mul_2exp(z.get_mpz_t(), z.get_mpz_t(), places);
         return z;

@@ -47,18 +47,6 @@ struct PixelBlock {
 constexpr std::uint32_t kStripSide = 64;
 
 template <class Visit>
-HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
-    Tile strip;
-    for (strip.y0 = tile.y0; strip.y0 < tile.y1; strip.y0 += kBlockSide) {
-        strip.y1 = std::min(strip.y0 + kBlockSide, tile.y1);
-        for (strip.x0 = tile.x0; strip.x0 < tile.x1; strip.x0 += kStripSide) {
-            strip.x1 = std::min(strip.x0 + kStripSide, tile.x1);
-            visit(strip);
-        }
-    }
-}
-
-template <class Visit>
 HWY_INLINE void for_each_block(const Tile& tile, Visit visit) {
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += kBlockSide) {
@@ -289,23 +277,30 @@ private:
 /// and returns their colours; behind: those of the background.
 template <class Shade>
 HWY_INLINE void shade_region(const ImageRegion& region, Shade shade) {
-    for_each_strip(region.tile, [&](const Tile& strip) HWY_ATTR {
-        alignas(64) std::uint32_t behind[kBlockRays];
-        for (std::uint32_t i = 0; i < kBlockRays; ++i)
-            behind[i] = background(strip.y0 + (i & kRowMask), region.params.height);
-        StripRows colour_rows, occlusion_rows;
-        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
-            alignas(64) std::uint32_t colours[kBlockRays];
-            alignas(64) std::uint32_t occlusion[kBlockRays] = {};
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes)
-                store(shade(block, i, load(behind + i), occlusion + i), colours + i);
-            occlusion_rows.set(strip, block, occlusion);
-            colour_rows.set(strip, block, colours);
-        });
-        const std::uint32_t width = region.params.width;
-        occlusion_rows.write(strip, width, region.frame.occlusion.data());
-        if (region.frame.with_pixels) colour_rows.write(strip, width, region.frame.pixels.data());
-    });
+    const Tile& tile = region.tile;
+    Tile strip;
+    for (strip.y0 = tile.y0; strip.y0 < tile.y1; strip.y0 += kBlockSide) {
+        strip.y1 = std::min(strip.y0 + kBlockSide, tile.y1);
+        for (strip.x0 = tile.x0; strip.x0 < tile.x1; strip.x0 += kStripSide) {
+            strip.x1 = std::min(strip.x0 + kStripSide, tile.x1);
+            alignas(64) std::uint32_t behind[kBlockRays];
+            for (std::uint32_t i = 0; i < kBlockRays; ++i)
+                behind[i] = background(strip.y0 + (i & kRowMask), region.params.height);
+            StripRows colour_rows, occlusion_rows;
+            for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+                alignas(64) std::uint32_t colours[kBlockRays];
+                alignas(64) std::uint32_t occlusion[kBlockRays] = {};
+                for (std::uint32_t i = 0; i < kBlockRays; i += kLanes)
+                    store(shade(block, i, load(behind + i), occlusion + i), colours + i);
+                occlusion_rows.set(strip, block, occlusion);
+                colour_rows.set(strip, block, colours);
+            });
+            const std::uint32_t width = region.params.width;
+            occlusion_rows.write(strip, width, region.frame.occlusion.data());
+            if (region.frame.with_pixels)
+                colour_rows.write(strip, width, region.frame.pixels.data());
+        }
+    }
     hwy::FlushStream();
 }
 

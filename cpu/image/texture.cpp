@@ -153,7 +153,7 @@ uvec3 Texture::bilinear(const Level& level, float u, float v) const {
     const std::uint32_t* const texels = texels_.data() + level.first;
     uvec3 colour;
     for (int k = 0; k < 3; ++k) {
-        // At most 2^16 * kTexelOne + 2^15, which is below 2^32.
+        // At most 2^16 * 255^2 + 2^15, which is below 2^32.
         std::uint32_t sum = 1u << (2 * kWeightBits - 1);
         for (int i = 0; i < 4; ++i) {
             const std::uint32_t c = channel(texels[corners.texels[i]], k);

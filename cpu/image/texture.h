@@ -12,9 +12,6 @@
 
 namespace mray::cpu {
 
-/// The square of 255: a channel of linear colours that textures give.
-inline constexpr std::uint32_t kTexelOne = 65025;
-
 /// An image with its smaller levels, each half as wide and high (L. Williams. Pyramidal
 /// parametrics. 1983). A texel's 8-bit channels are taken as square roots of linear intensities, as
 /// those of images are. Its alpha makes holes alone. All arithmetic is of whole numbers but for the
@@ -39,7 +36,7 @@ public:
     /// The coordinate within the image, 0 to 1, that a coordinate stands for. From 2^23 on it is 0.
     float into_image(float x) const;
 
-    /// The linear colour at a point of the image, 0 to kTexelOne a channel, bilinear on two levels
+    /// The linear colour at a point of the image, 0 to 255^2 a channel, bilinear on two levels
     /// with weights of 8 bits, and mixed between them. u, v: from the left and from the top, 0
     /// to 1. level: 0 is the image, 256 its half, and so on; a fraction mixes.
     uvec3 colour_within(float u, float v, std::uint32_t level) const;

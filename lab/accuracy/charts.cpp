@@ -229,11 +229,9 @@ struct Updated {
     std::vector<FrameScore> frames = {};
 
     bool is_unsure() const {
-        return 4 * std::ranges::count_if(frames,
-                                         [](const FrameScore& frame) {
-                                             return is_disturbed(frame.scores[0].speed());
-                                         }) >
-               std::ssize(frames);
+        std::size_t disturbed = 0;
+        for (const FrameScore& frame : frames) disturbed += is_disturbed(frame.scores[0].speed());
+        return 4 * disturbed > frames.size();
     }
     /// "3 of 10.5 million".
     std::string wrong() const {

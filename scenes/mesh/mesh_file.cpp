@@ -17,6 +17,7 @@ void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
                    const MeshFileOptions& options) {
     mesh.origin = options.origin ? *options.origin : origin_of(file);
     mesh.positions = mesh.origin.to_world(file);
+    mesh.is_coarse = options.origin && mesh.origin.rounds_coarsely(file);
 }
 
 void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind) {

@@ -32,6 +32,8 @@ inline constexpr Albedo kClay = 0x0033548A;
 /// The faces of the file that have three corners or more, in their order.
 struct FileMesh {
     Origin origin;
+    /// True if that origin was given, and is too far away.
+    bool is_coarse = false;
     /// Each vertex of the file, in world space (Origin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;

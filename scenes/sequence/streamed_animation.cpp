@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <iterator>
 #include <map>
@@ -205,6 +206,11 @@ public:
                         vertex_count_);
         }
         std::ranges::copy(mesh.positions, out.begin());
+        if (mesh.is_coarse && !was_coarse_.exchange(true))
+            warn({escape(file.path),
+                  fmt::format("frame {} lies so far from the first that rounding to float moves "
+                              "vertices by more than 1e-6 of its size",
+                              file.frame)});
         return first_warning;
     }
 
@@ -214,6 +220,7 @@ private:
     std::uint64_t faces_hash_;
     Origin origin_;
     bool is_lenient_;
+    mutable std::atomic<bool> was_coarse_ = false;
 };
 
 }  // namespace

@@ -230,7 +230,8 @@ uint test_triangles(uint leaf, uint count) {
     return steps;
 }
 
-/// Leaves a ray that is not finished to `resume`, and one with open triangles to `decide`. The order of the lists depends on the schedule; the answers do not.
+/// Leaves a ray that is not finished to `resume`, and one with open triangles to `decide`. The order
+/// of the lists depends on the schedule; the answers do not.
 void end_ray(uint answer_index) {
     bool is_open = finished() && open_count > 0u && !(any_hit && has_hit());
     if (finished() && !is_open) return;

@@ -114,7 +114,18 @@ TEST(Origin, AllFramesHaveThatOfTheFirst) {
     const TemporaryFolder folder;
     folder.write("a/f_0.obj", obj(0));
     folder.write("a/f_1.obj", obj(2));
-    expect_far(*open_scene(folder.file("a")), 1, 2);
+    folder.write("a/f_2.obj", obj(1234.56));
+    folder.write("a/f_3.obj", obj(2345.67));
+    std::vector<Warning> warnings;
+    const auto animation =
+        open_scene(folder.file("a"), {.warn = [&](const Warning& w) { warnings.push_back(w); }});
+    expect_far(*animation, 1, 2);
+    EXPECT_TRUE(warnings.empty());
+    std::vector<vec3> world(kFar.size());
+    animation->positions(2, world);
+    animation->positions(3, world);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_TRUE(has(warnings[0].text, "far from the first"));
 }
 
 TEST(Origin, IsZeroWhereFloatsHaveTheDigits) {

@@ -17,6 +17,8 @@ namespace {
 
 using namespace test;
 
+constexpr std::uint32_t kTexelOne = 255 * 255;
+
 std::vector<std::uint32_t> noise(std::uint32_t width, std::uint32_t height, unsigned seed = 1) {
     std::mt19937 random(seed);
     std::vector<std::uint32_t> texels(std::size_t{width} * height);
