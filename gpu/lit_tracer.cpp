@@ -8,8 +8,6 @@
 namespace mray::gpu {
 namespace {
 
-/// Both name the kinds in one order.
-static_assert(kLitPrim == static_cast<std::uint32_t>(LitKind::kPrim));
 static_assert(kNoNormal == kFlatCorner);
 
 // Neighbours of a region's samples that ambient occlusion is averaged over, on the far sides.

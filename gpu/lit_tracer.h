@@ -2,7 +2,6 @@
 #pragma once
 
 #include "common/backend.h"
-#include "gpu/image_regions.h"
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"

@@ -122,7 +122,7 @@ struct Suspended {
     uint open[kMostOpen];
 };
 
-// A saved traversal, as uints (shaders/saved_state.glsl): the next node or leaf; the size of the
+// A saved traversal, as uints (shaders/traversal.glsl): the next node or leaf; the size of the
 // stack, and from bit 16 on the next triangle; the four words of the answer; the stack as (child,
 // key) pairs.
 SHARED_CONST uint kStateCurrent = 0u;
@@ -158,12 +158,7 @@ struct OcclusionArguments {
     uint ray_end;
 };
 
-// In LitArguments: values of `kind`, those of LitKind; bits of `flags`.
-SHARED_CONST uint kLitPlain = 0u;
-SHARED_CONST uint kLitLit = 1u;
-SHARED_CONST uint kLitNormal = 2u;
-SHARED_CONST uint kLitDepth = 3u;
-SHARED_CONST uint kLitPrim = 4u;
+// Bits of `flags` in LitArguments.
 SHARED_CONST uint kLitSmooth = 1u;    // there are normals
 SHARED_CONST uint kLitLinear = 2u;    // linear colours are wanted
 SHARED_CONST uint kLitLeft = 4u;      // the first column is that of neighbours
@@ -177,7 +172,7 @@ SHARED_CONST uint kShadowShift = 16u;
 /// Push constants of `find_surfaces`, `flat_shadows` and `lit`: a region of samples and what its
 /// pixels show. Neighbours of its pixels' samples may surround them.
 struct LitArguments {
-    /// Camera, and what LitView has.
+    /// Camera, and what LitView has; `kind` is a constant of shading.h.
     vec3 org;
     uint kind;
     vec3 corner;

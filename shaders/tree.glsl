@@ -1,7 +1,9 @@
-// The nodes and leaves of the tree (common/interop/bvh_layout.h), four slots of a node at a time. For
-// the host see common/bvh/node.h.
+// The nodes and leaves of the tree (common/interop/bvh_layout.h), four slots of a node at a time, and the
+// hit rule for a triangle of a leaf. For the host see common/bvh/node.h.
 #ifndef SHADERS_TREE_GLSL
 #define SHADERS_TREE_GLSL
+
+#include "common/interop/hit_rule.h"
 
 READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 READ4_IN_PLACE(Leaves, leaves, kBindLeaves);
@@ -40,6 +42,21 @@ void leaf_triangle(uint leaf, uint i, out vec3 a, out vec3 b, out vec3 c) {
 
 uint leaf_prim(uint leaf, uint i) {
     return AT4_IN_PLACE(leaves, leaf * kLeafVec4s + kLeafPrimIds + i / 4u)[i % 4u];
+}
+
+/// Makes a hit the answer, bits of t, u and v and the triangle, if it is closer.
+void take_if_closer(TriangleHit hit, uint prim_id, inout uvec4 answer) {
+    if (!is_closer(hit.t, prim_id, uintBitsToFloat(answer.x), answer.w)) return;
+    answer = uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
+}
+
+/// The whole rule.
+void decide_triangle(ShearedRay sheared, float tnear, uint leaf, uint i, inout uvec4 answer) {
+    vec3 a, b, c;
+    leaf_triangle(leaf, i, a, b, c);
+    TriangleHit hit;
+    if (intersect_triangle(sheared, tnear, uintBitsToFloat(answer.x), a, b, c, hit))
+        take_if_closer(hit, leaf_prim(leaf, i), answer);
 }
 
 #endif  // SHADERS_TREE_GLSL

@@ -4,13 +4,14 @@
 #include <array>
 #include <cstdint>
 
-#include "common/interop/camera.h"
+#include "common/interop/shading.h"
 #include "common/scene/vertex_normals.h"
 
 namespace mray {
 
 /// kPlain: each sample has the colour of an ordinary image.
 enum class LitKind : std::uint32_t { kPlain, kLit, kNormal, kDepth, kPrim };
+static_assert(kLitPrim == static_cast<std::uint32_t>(LitKind::kPrim), "in this order, too");
 
 /// A view, whose pixels have side * side samples each; the camera, width and height of `params` are
 /// those of the samples.

@@ -18,6 +18,14 @@ SHARED_CONST float kUnlitIntensity = 0.125f;
 SHARED_CONST uint kShadowCatcherBit = 0x01000000u;
 // Another bit: the triangle has a texture.
 SHARED_CONST uint kTexturedBit = 0x02000000u;
+// How an image shows hits: as shade(), lit_sample() or false_colour() does.
+SHARED_CONST uint kLitPlain = 0u;
+SHARED_CONST uint kLitLit = 1u;
+SHARED_CONST uint kLitNormal = 2u;
+SHARED_CONST uint kLitDepth = 3u;
+SHARED_CONST uint kLitPrim = 4u;
+// Behind the scene in false colours.
+SHARED_CONST uint kNoColour = 0xFF000000u;
 // Lit images average occlusion over a square of kAoSquareSide samples a side, which begins this
 // many before a sample on each axis.
 SHARED_CONST uint kAoSquareBefore = 1u;
@@ -316,6 +324,42 @@ SHARED Float3 shadow_catcher_colour(Float height, Float light, Float open) {
     return darkened;
 }
 
+/// A hit in lit images and false colours. The unit normals to shade with and of the triangle are on
+/// the side of the eye; `through` is camera_direction(), depth is along it.
+struct ShownHit {
+    Float3 normal, flat_normal, through;
+    Float depth;
+    Uint prim, albedo;
+};
+
+/// A linear colour and the rounding to 8 bits of encode_channel().
+struct SampleColour {
+    Float3 linear;
+    Float rounding;
+};
+
+/// Behind the scene; dithered: dithered_rounding().
+SHARED SampleColour sky_sample(Float height, Float dithered) {
+    SampleColour c;
+    c.linear = sky_colour(height);
+    c.rounding = dithered;
+    return c;
+}
+
+/// A hit of a lit image, whose camera is at org. `light`, `open` and `base` are those of
+/// lit_colour(), height and dithered those of sky_sample().
+SHARED SampleColour lit_sample(ShownHit s, Float3 org, Float3 light_at, Float3 up, Float light,
+                               Float open, Float3 base, Float height, Float dithered) {
+    PRECISE Float3 to_light = light_at - point_at_depth(org, s.through, s.depth);
+    Float3 lit = lit_colour(s.normal, unit(to_light), light, open, up, base);
+    Float3 darkened = shadow_catcher_colour(height, light, open);
+    Uint bit = s.albedo & kShadowCatcherBit;
+    SampleColour c;
+    c.linear = select(bit == kShadowCatcherBit, darkened, lit);
+    c.rounding = select(bit == kShadowCatcherBit, dithered, broadcast(0.5f));
+    return c;
+}
+
 /// A unit normal as a colour: -1 to 1 on each axis is 0 to 255.
 SHARED Uint normal_colour(Float3 n) {
     PRECISE Float x = 127.5f * n.x + 128.0f;
@@ -337,6 +381,13 @@ SHARED Uint prim_colour(Uint prim, Float cosine) {
     Uint hash = mix_bits(prim);
     PRECISE Float k = 0.25f + 0.75f * abs(cosine);
     return colour_of(k, hash | 0x202020u);
+}
+
+/// A hit in false colours of a kind. near, per_depth: those of depth_colour().
+SHARED Uint false_colour(uint kind, ShownHit s, Float near, Float per_depth) {
+    if (kind == kLitDepth) return depth_colour(s.depth, near, per_depth);
+    if (kind == kLitPrim) return prim_colour(s.prim, dot3(s.flat_normal, unit(s.through)));
+    return normal_colour(s.normal);
 }
 
 SHARED_END

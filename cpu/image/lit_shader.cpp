@@ -280,8 +280,6 @@ private:
 inline constexpr int kSquareBefore = static_cast<int>(kAoSquareBefore);
 inline constexpr int kSquareAfter = static_cast<int>(kAoSquareSide) - 1 - kSquareBefore;
 
-inline constexpr std::uint32_t kNoColour = 0xFF000000u;
-
 // Samples without a hit before the first and after the last one of a row.
 inline constexpr std::size_t kPad = std::max<std::size_t>(kLanes, kAoSquareSide);
 
@@ -466,70 +464,57 @@ private:
         return select(dot3(own, dir) > zero(), -n, n);
     }
 
-    UintVec false_colour(const SampleLanes& samples) const {
+    /// The hits of samples of which one is visible; others are unspecified.
+    lanes::ShownHit shown(const SampleLanes& samples, const SurfaceRow& own,
+                          const TriangleRuns::RunLookup& place) const {
         const std::size_t at = hn::GetLane(samples.x) + kPad;
+        lanes::ShownHit hit;
+        hit.through = lanes::camera_direction(s_.view.params.camera, samples.x, samples.y);
+        hit.flat_normal = normal_at(own, at);
+        hit.normal = shading_normals(samples, own.runs, place, hit.through, hit.flat_normal);
+        hit.depth = max(load_unaligned(own.depth.data() + at), zero());
+        hit.prim = samples.prim;
+        hit.albedo = own.runs.albedo(place);
+        return hit;
+    }
+
+    UintVec false_colour(const SampleLanes& samples) const {
         const SurfaceRow& own = row(hn::GetLane(samples.y));
-        const lanes::Float3 flat = normal_at(own, at);
-        const FloatVec depth = max(load_unaligned(own.depth.data() + at), zero());
-        const lanes::Float3 through =
-            lanes::camera_direction(s_.view.params.camera, samples.x, samples.y);
-        if (s_.view.kind == LitKind::kDepth)
-            return lanes::depth_colour(depth, splat(s_.view.near), splat(s_.view.per_depth));
-        if (s_.view.kind == LitKind::kPrim)
-            return lanes::prim_colour(samples.prim, lanes::dot3(flat, lanes::unit(through)));
         const TriangleRuns::RunLookup place(own.runs, hn::GetLane(samples.x));
-        return lanes::normal_colour(shading_normals(samples, own.runs, place, through, flat));
+        return lanes::false_colour(static_cast<std::uint32_t>(s_.view.kind),
+                                   shown(samples, own, place), splat(s_.view.near),
+                                   splat(s_.view.per_depth));
     }
 
     UintVec light(const SampleLanes& samples, FloatVec height) {
         const FloatVec dithered =
             lanes::dithered_rounding(samples.x >> side_bits_, samples.y >> side_bits_);
-        LitLanes lit{lanes::sky_colour(height), dithered};
+        lanes::SampleColour colour = lanes::sky_sample(height, dithered);
         if (!none(samples.visible)) {
-            const LitLanes surface = lit_surface(samples, height, dithered);
-            lit.colour = select(samples.visible, surface.colour, lit.colour);
-            lit.rounding = select(samples.visible, surface.rounding, lit.rounding);
+            const lanes::SampleColour lit = lit_hits(samples, height, dithered);
+            colour.linear = select(samples.visible, lit.linear, colour.linear);
+            colour.rounding = select(samples.visible, lit.rounding, colour.rounding);
         }
-        if (!linear_[0].empty()) store3(lit.colour, linear_, hn::GetLane(samples.x));
-        return lanes::encode_rgb(lit.colour, lit.rounding);
+        if (!linear_[0].empty()) store3(colour.linear, linear_, hn::GetLane(samples.x));
+        return lanes::encode_rgb(colour.linear, colour.rounding);
     }
 
-    struct LitLanes {
-        lanes::Float3 colour;
-        FloatVec rounding;
-    };
-
-    LitLanes lit_surface(const SampleLanes& samples, FloatVec height, FloatVec dithered) const {
+    lanes::SampleColour lit_hits(const SampleLanes& samples, FloatVec height,
+                                 FloatVec dithered) const {
         const std::size_t x = hn::GetLane(samples.x);
         const std::uint32_t y = hn::GetLane(samples.y);
         const SurfaceRow& own = row(y);
-        const lanes::Float3 flat = normal_at(own, x + kPad);
-        const FloatVec depth = max(load_unaligned(own.depth.data() + x + kPad), zero());
-        const lanes::Float3 through =
-            lanes::camera_direction(s_.view.params.camera, samples.x, samples.y);
-        const TriangleRuns::RunLookup place(own.runs, x);
-        const lanes::Float3 n = shading_normals(samples, own.runs, place, through, flat);
-        const lanes::Float3 point =
-            lanes::point_at_depth(lanes::Float3(s_.view.params.camera.org), through, depth);
-        const lanes::Float3 to_light = lanes::unit(lanes::Float3(s_.view.params.light) - point);
+        const lanes::ShownHit hit = shown(samples, own, TriangleRuns::RunLookup(own.runs, x));
         alignas(64) std::uint32_t shadows[kLanes] = {};
         const std::size_t count = std::min<std::size_t>(kLanes, width_ - x);
         std::copy_n(&s_.shadows[std::size_t{y} * width_ + x], count, shadows);
-        const FloatVec light = 1.0f - lanes::to_float(load(shadows));
-        const FloatVec open = open_of(samples, flat, through, depth);
-        const UintVec albedo = own.runs.albedo(place);
         const lanes::Float3 base =
-            base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
-        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.view.up), base),
-                     splat(0.5f)};
-        const Mask is_shadow_catcher =
-            float_mask((albedo & kShadowCatcherBit) == splat(kShadowCatcherBit));
-        if (!none(is_shadow_catcher)) {
-            lit.colour = select(is_shadow_catcher,
-                                lanes::shadow_catcher_colour(height, light, open), lit.colour);
-            lit.rounding = select(is_shadow_catcher, dithered, lit.rounding);
-        }
-        return lit;
+            base_colours(s_, hit.albedo, hit.prim, samples.u, samples.v, hit.through, hit.depth);
+        return lanes::lit_sample(hit, lanes::Float3(s_.view.params.camera.org),
+                                 lanes::Float3(s_.view.params.light), lanes::Float3(s_.view.up),
+                                 1.0f - lanes::to_float(load(shadows)),
+                                 open_of(samples, hit.flat_normal, hit.through, hit.depth), base,
+                                 height, dithered);
     }
 
     const LitSamples& s_;

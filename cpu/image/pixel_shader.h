@@ -9,9 +9,7 @@
 #include "common/interop/surface.h"
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
-#include "cpu/packet/camera_packet.h"
-#include "cpu/packet/light_packet.h"
-#include "cpu/packet/packet_frame.h"
+#include "cpu/packet/packets.h"
 
 namespace mray::cpu {
 

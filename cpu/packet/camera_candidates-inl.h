@@ -11,7 +11,7 @@
 #include <algorithm>
 
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/packets.h"
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -7,8 +7,8 @@
 #include <span>
 
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/light_packet.h"
 #include "cpu/packet/packet_plane-inl.h"
+#include "cpu/packet/packets.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {

@@ -15,7 +15,7 @@
 
 #include "common/bvh/bvh.h"
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/packet_frame.h"
+#include "cpu/packet/packets.h"
 #include "cpu/simd/hit_rule-inl.h"
 #include "cpu/simd/node-inl.h"
 

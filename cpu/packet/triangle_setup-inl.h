@@ -12,8 +12,8 @@
 #include <type_traits>
 
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/camera_packet.h"
 #include "cpu/packet/packet_plane-inl.h"
+#include "cpu/packet/packets.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {

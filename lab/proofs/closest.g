@@ -4,12 +4,12 @@
 #                farther; the rule's distance is above that of the triangle by at most kRuleExcess R, and
 #                below it by kRuleDefect R; so are the bounds of distance_bounds() at most;
 #                a rounded point moves either by kPointRounding (|p| + 1)
-#   code         may_be_within, distance_bounds (cpu/queries/tree_queries-inl.h), triangle_distance2
+#   code         may_be_within, distance_bounds (cpu/queries/tree_queries.cpp), triangle_distance2
 #                (common/interop/closest_rule.h)
 #   inputs       in units of R, the largest coordinate of vertices relative to the point
 #   operations   roundings e by each operation; a sum of three products is off by 3 e of the lengths'
 #                product, fused or not
-#   used by      ClosestSearch (cpu/queries/tree_queries-inl.h)
+#   used by      ClosestSearch (cpu/queries/tree_queries.cpp)
 #   by hand      The rule's place is a mean of vertices that are off by e R each, and is clamped to
 #                their box, in which the point of the triangle lies as well; components below kTiny =
 #                2^-60 become 0. |v| <= sqrt(3) times its largest component, sqrt(3) < 1.7321. x = L / |w|

@@ -18,8 +18,8 @@ layout(std430, binding = kBindWork) buffer Work {
     uint queries[];
 } work;
 
+#define RESUMES
 #include "shaders/traversal.glsl"
-#include "shaders/saved_state.glsl"
 
 /// The index of the first pair that is not less than (first, prim_id): at most 28 iterations.
 uint index_of_repeat(uint first, uint prim_id) {

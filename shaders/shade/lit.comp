@@ -12,17 +12,6 @@ layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 
 shared uint shown_in_group;
 
-/// A sample with a hit.
-struct Shown {
-    /// In the region, and in the image.
-    uvec2 at;
-    uvec2 place;
-    Hit hit;
-    vec3 through;
-    vec3 flat_normal;
-    float depth;
-};
-
 /// Of the sample that is shaded, which only lit images have.
 precise vec3 linear_colour = vec3(0.0f);
 
@@ -31,10 +20,10 @@ uint index_of(uvec2 at) { return at.y * args.width + at.x; }
 bool has_sky() { return args.kind == kLitLit && args.ao_count != 0u; }
 
 /// The share of the sky that a sample sees, by itself and by those beside it in its plane.
-float open_of(Shown s) {
+float open_of(uvec2 at, ShownHit s) {
     if (!has_sky()) return 1.0f;
     SamplePlane plane = sample_plane(camera_of_image(), s.flat_normal, s.through, s.depth);
-    uvec2 first = s.at - kAoSquareBefore;
+    uvec2 first = at - kAoSquareBefore;
     precise float occluded = 0.0f;
     precise float count = 0.0f;
     for (uint k = 0u; k < kAoSquareSide * kAoSquareSide; ++k) {
@@ -54,50 +43,32 @@ float open_of(Shown s) {
     return openness(occluded, rays);
 }
 
-vec3 shading_normal(Shown s) {
-    if ((args.flags & kLitSmooth) == 0u) return s.flat_normal;
-    CornerNormals n = corner_normals(s.hit.prim_id, s.flat_normal);
-    return smooth_normal(n.a, n.b, n.c, s.hit.u, s.hit.v);
-}
-
-uint lit_colour_of(Shown s, float height, float dithered) {
-    uint occlusion = AT1(found_occlusion, index_of(s.at));
-    uint shadow = has_sky() ? occlusion >> kShadowShift : occlusion;
-    precise float light = 1.0f - float(shadow);
-    float open = open_of(s);
-    uint albedo = AT4(triangles, s.hit.prim_id).w;
-    if ((albedo & kShadowCatcherBit) != 0u) {
-        linear_colour = shadow_catcher_colour(height, light, open);
-        return encode_rgb(linear_colour, dithered);
+ShownHit shown_hit(uint index, uvec2 place, Hit hit) {
+    vec4 surface = uintBitsToFloat(AT4(surfaces, index));
+    vec3 normal = surface.xyz;
+    if ((args.flags & kLitSmooth) != 0u) {
+        CornerNormals n = corner_normals(hit.prim_id, normal);
+        normal = smooth_normal(n.a, n.b, n.c, hit.u, hit.v);
     }
-    precise vec3 to_light = args.light - point_at_depth(args.org, s.through, s.depth);
-    linear_colour = lit_colour(shading_normal(s), unit(to_light), light, open, args.up,
-                               albedo_colour(albedo));
-    return encode_rgb(linear_colour);
+    return ShownHit(normal, surface.xyz, camera_direction(camera_of_image(), place.x, place.y),
+                    surface.w, hit.prim_id, AT4(triangles, hit.prim_id).w);
 }
 
 /// As on flat triangles without a sky.
-uint plain_colour(Shown s) {
+uint plain_colour(ShownHit s, uint index, uvec2 place, float t) {
     Camera camera = camera_of_image();
     ImageParams params = ImageParams(camera, args.light, 0.0f, 0u, 0u, args.rays, args.ao_count);
-    Ray ray = camera_ray(camera, s.place.x, s.place.y);
-    return shade(params, ray, surface_with(ray.org, ray.dir, s.hit.t, s.flat_normal),
-                 AT4(triangles, s.hit.prim_id).w, AT1(found_occlusion, index_of(s.at)));
+    Ray ray = camera_ray(camera, place.x, place.y);
+    return shade(params, ray, surface_with(ray.org, ray.dir, t, s.flat_normal), s.albedo,
+                 AT1(found_occlusion, index));
 }
 
-uint colour_of_kind(Shown s) {
-    if (args.kind == kLitPlain) return plain_colour(s);
-    if (args.kind == kLitDepth) return depth_colour(s.depth, args.near, args.per_depth);
-    if (args.kind == kLitPrim)
-        return prim_colour(s.hit.prim_id, dot3(s.flat_normal, unit(s.through)));
-    return normal_colour(shading_normal(s));
-}
-
-uint colour_behind(uvec2 place, float height, float dithered) {
-    if (args.kind == kLitPlain) return background(place.y, args.image_height);
-    if (args.kind != kLitLit) return pack_rgb(0u, 0u, 0u);
-    linear_colour = sky_colour(height);
-    return encode_rgb(linear_colour, dithered);
+SampleColour lit_colour_of(ShownHit s, uvec2 at, float height, float dithered) {
+    uint occlusion = AT1(found_occlusion, index_of(at));
+    uint shadow = has_sky() ? occlusion >> kShadowShift : occlusion;
+    precise float light = 1.0f - float(shadow);
+    return lit_sample(s, args.org, args.light, args.up, light, open_of(at, s),
+                      albedo_colour(s.albedo), height, dithered);
 }
 
 /// The colour of sample `at` of the region; adds 1 to `shown` if it has a hit.
@@ -105,14 +76,23 @@ uint colour_of_sample(uvec2 at, inout uint shown) {
     uint index = index_of(at);
     uvec2 place = uvec2(args.x, args.y) + at;
     Hit hit = hit_from(AT4(found_hits, index));
-    float height = image_height(place.y, args.image_height);
-    float dithered = dithered_rounding(place.x >> args.side_bits, place.y >> args.side_bits);
-    if (hit.prim_id == kNoPrim) return colour_behind(place, height, dithered);
-    shown += 1u;
-    vec4 surface = uintBitsToFloat(AT4(surfaces, index));
-    Shown s = Shown(at, place, hit, camera_direction(camera_of_image(), place.x, place.y),
-                    surface.xyz, surface.w);
-    return args.kind == kLitLit ? lit_colour_of(s, height, dithered) : colour_of_kind(s);
+    bool is_hit = hit.prim_id != kNoPrim;
+    ShownHit s;
+    if (is_hit) {
+        shown += 1u;
+        s = shown_hit(index, place, hit);
+    }
+    if (args.kind == kLitLit) {
+        float height = image_height(place.y, args.image_height);
+        float dithered = dithered_rounding(place.x >> args.side_bits, place.y >> args.side_bits);
+        SampleColour colour = sky_sample(height, dithered);
+        if (is_hit) colour = lit_colour_of(s, at, height, dithered);
+        linear_colour = colour.linear;
+        return encode_rgb(colour.linear, colour.rounding);
+    }
+    if (args.kind == kLitPlain)
+        return is_hit ? plain_colour(s, index, place, hit.t) : background(place.y, args.image_height);
+    return is_hit ? false_colour(args.kind, s, args.near, args.per_depth) : kNoColour;
 }
 
 /// Shades a pixel. Returns the number of its samples with a hit.

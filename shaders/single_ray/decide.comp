@@ -3,15 +3,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
-#include "shaders/single_ray/rule.glsl"
+#include "shaders/tree.glsl"
 
 layout(push_constant) uniform Arguments { DecideArguments args; };
+layout(std430, binding = kBindWork) buffer Work {
+    WorkHeader header;
+    Suspended suspended[];
+} work;
 layout(std430, binding = kBindHits) buffer Hits { Hit hits[]; };
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 void main() {
     if (gl_GlobalInvocationID.x >= work.header.open_count) return;
-    uint record = open_record(gl_GlobalInvocationID.x);
+    uint record = uint(work.suspended.length()) - 1u - gl_GlobalInvocationID.x;
     Ray ray = work.suspended[record].ray;
     uint index = work.suspended[record].answer_index;
     ShearedRay sheared = shear_ray(ray.org, ray.dir);

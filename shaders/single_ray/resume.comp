@@ -3,14 +3,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/kernel.glsl"
+
+layout(push_constant) uniform Arguments { ResumeArguments args; };
 #define RESUMES
 #include "shaders/single_ray/visits.glsl"
 
-layout(push_constant) uniform Arguments { ResumeArguments args; };
 layout(std430, binding = kBindHits) writeonly buffer Hits { Hit hits[]; };
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
-
-#include "shaders/saved_state.glsl"
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;

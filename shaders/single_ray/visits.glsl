@@ -11,10 +11,14 @@ const uint kStackRoom = kShortStack;
 const uint kStackSize = kStackRoom + kMostOpen;
 #endif
 
+layout(std430, binding = kBindWork) buffer Work {
+    WorkHeader header;
+    Suspended suspended[];
+} work;
 READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
 READ4_IN_PLACE(Groups, groups, kBindGroups);
 
-#include "shaders/single_ray/rule.glsl"
+#include "common/interop/slab.h"
 #include "shaders/traversal.glsl"
 
 /// The planes that the ray meets first on each axis: how far they are from quarter_at(); and the
@@ -235,8 +239,10 @@ uint test_triangles(uint leaf, uint count) {
 void end_ray(uint answer_index) {
     bool is_open = finished() && open_count > 0u && !(any_hit && has_hit());
     if (finished() && !is_open) return;
-    uint i = is_open ? open_record(atomicAdd(work.header.open_count, 1u))
-                     : atomicAdd(work.header.suspended_count, 1u);
+    // Open rays fill the list from its end.
+    uint i = is_open
+                 ? uint(work.suspended.length()) - 1u - atomicAdd(work.header.open_count, 1u)
+                 : atomicAdd(work.header.suspended_count, 1u);
     // From the rotated ray, which is in registers anyway.
     uint back = sheared.axis == 2u ? 2u : 1u - sheared.axis;
     work.suspended[i].ray = Ray(rotate_axes(sheared.org, back), ray.tnear,

@@ -8,7 +8,7 @@
 
 #include "common/interop/constants.h"
 #include "common/simd/simd_target.h"
-#include "cpu/packet/packet_frame.h"
+#include "cpu/packet/packets.h"
 #include "tests/support/test_scene.h"
 
 #undef HWY_TARGET_INCLUDE
