@@ -329,7 +329,7 @@ SHARED Float3 shadow_catcher_colour(Float height, Float light, Float open) {
 struct ShownHit {
     Float3 normal, flat_normal, through;
     Float depth;
-    Uint prim, albedo;
+    Uint prim;
 };
 
 /// A linear colour and the rounding to 8 bits of encode_channel().
@@ -347,13 +347,13 @@ SHARED SampleColour sky_sample(Float height, Float dithered) {
 }
 
 /// A hit of a lit image, whose camera is at org. `light`, `open` and `base` are those of
-/// lit_colour(), height and dithered those of sky_sample().
+/// lit_colour(), height and dithered those of sky_sample(); albedo is packed.
 SHARED SampleColour lit_sample(ShownHit s, Float3 org, Float3 light_at, Float3 up, Float light,
-                               Float open, Float3 base, Float height, Float dithered) {
+                               Float open, Uint albedo, Float3 base, Float height, Float dithered) {
     PRECISE Float3 to_light = light_at - point_at_depth(org, s.through, s.depth);
     Float3 lit = lit_colour(s.normal, unit(to_light), light, open, up, base);
     Float3 darkened = shadow_catcher_colour(height, light, open);
-    Uint bit = s.albedo & kShadowCatcherBit;
+    Uint bit = albedo & kShadowCatcherBit;
     SampleColour c;
     c.linear = select(bit == kShadowCatcherBit, darkened, lit);
     c.rounding = select(bit == kShadowCatcherBit, dithered, broadcast(0.5f));

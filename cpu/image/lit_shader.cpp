@@ -474,7 +474,6 @@ private:
         hit.normal = shading_normals(samples, own.runs, place, hit.through, hit.flat_normal);
         hit.depth = max(load_unaligned(own.depth.data() + at), zero());
         hit.prim = samples.prim;
-        hit.albedo = own.runs.albedo(place);
         return hit;
     }
 
@@ -504,17 +503,19 @@ private:
         const std::size_t x = hn::GetLane(samples.x);
         const std::uint32_t y = hn::GetLane(samples.y);
         const SurfaceRow& own = row(y);
-        const lanes::ShownHit hit = shown(samples, own, TriangleRuns::RunLookup(own.runs, x));
+        const TriangleRuns::RunLookup place(own.runs, x);
+        const lanes::ShownHit hit = shown(samples, own, place);
         alignas(64) std::uint32_t shadows[kLanes] = {};
         const std::size_t count = std::min<std::size_t>(kLanes, width_ - x);
         std::copy_n(&s_.shadows[std::size_t{y} * width_ + x], count, shadows);
+        const UintVec albedo = own.runs.albedo(place);
         const lanes::Float3 base =
-            base_colours(s_, hit.albedo, hit.prim, samples.u, samples.v, hit.through, hit.depth);
+            base_colours(s_, albedo, hit.prim, samples.u, samples.v, hit.through, hit.depth);
         return lanes::lit_sample(hit, lanes::Float3(s_.view.params.camera.org),
                                  lanes::Float3(s_.view.params.light), lanes::Float3(s_.view.up),
                                  1.0f - lanes::to_float(load(shadows)),
-                                 open_of(samples, hit.flat_normal, hit.through, hit.depth), base,
-                                 height, dithered);
+                                 open_of(samples, hit.flat_normal, hit.through, hit.depth), albedo,
+                                 base, height, dithered);
     }
 
     const LitSamples& s_;

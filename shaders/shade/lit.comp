@@ -51,7 +51,7 @@ ShownHit shown_hit(uint index, uvec2 place, Hit hit) {
         normal = smooth_normal(n.a, n.b, n.c, hit.u, hit.v);
     }
     return ShownHit(normal, surface.xyz, camera_direction(camera_of_image(), place.x, place.y),
-                    surface.w, hit.prim_id, AT4(triangles, hit.prim_id).w);
+                    surface.w, hit.prim_id);
 }
 
 /// As on flat triangles without a sky.
@@ -59,16 +59,17 @@ uint plain_colour(ShownHit s, uint index, uvec2 place, float t) {
     Camera camera = camera_of_image();
     ImageParams params = ImageParams(camera, args.light, 0.0f, 0u, 0u, args.rays, args.ao_count);
     Ray ray = camera_ray(camera, place.x, place.y);
-    return shade(params, ray, surface_with(ray.org, ray.dir, t, s.flat_normal), s.albedo,
-                 AT1(found_occlusion, index));
+    return shade(params, ray, surface_with(ray.org, ray.dir, t, s.flat_normal),
+                 AT4(triangles, s.prim).w, AT1(found_occlusion, index));
 }
 
 SampleColour lit_colour_of(ShownHit s, uvec2 at, float height, float dithered) {
     uint occlusion = AT1(found_occlusion, index_of(at));
     uint shadow = has_sky() ? occlusion >> kShadowShift : occlusion;
     precise float light = 1.0f - float(shadow);
-    return lit_sample(s, args.org, args.light, args.up, light, open_of(at, s),
-                      albedo_colour(s.albedo), height, dithered);
+    uint albedo = AT4(triangles, s.prim).w;
+    return lit_sample(s, args.org, args.light, args.up, light, open_of(at, s), albedo,
+                      albedo_colour(albedo), height, dithered);
 }
 
 /// The colour of sample `at` of the region; adds 1 to `shown` if it has a hit.
