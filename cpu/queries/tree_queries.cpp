@@ -58,7 +58,7 @@ HWY_INLINE bool hides_leaf(const Bvh& bvh, const Leaf& leaf, auto sees) {
 /// Calls visit(prim_id, hit) for all triangles of a leaf that a ray sees and hits no later than
 /// tfar, among them the repeated ones. kAxis is the ray's main axis, or kAnyAxis.
 template <int kAxis = kAnyAxis, class Visit, class Sees = SeesAll>
-HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const auto& stream, std::size_t ray,
                                      float tfar, const Leaf& leaf, Visit visit, Sees sees = {}) {
     if (hides_leaf(bvh, leaf, sees)) return;
     intersect_leaf<kAxis>(stream, ray, tfar, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
@@ -73,7 +73,7 @@ HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, st
 }
 
 template <class Visit, class Sees = SeesAll>
-HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+HWY_INLINE void for_each_hit(const Bvh& bvh, const auto& stream, std::size_t ray,
                              std::uint32_t root, Visit visit, Sees sees = {}) {
     const auto met = [&](const Node& node) HWY_ATTR {
         return hides_node(bvh, node, sees) ? 0u : met_slots(stream, ray, node);
@@ -93,7 +93,7 @@ HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
 template <class Sees>
 HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing,
                                        Sees sees) {
-    const RayStream stream = stream_of_one(ray, crossing);
+    const OneRayStream stream = stream_of_one(ray, crossing);
     std::uint64_t count = 0;
     const auto add = [&](std::uint32_t, const TriangleHit& hit) { count = with_hit(count, hit); };
     for_each_hit(bvh, stream, 0, 0, add, sees);
@@ -194,7 +194,7 @@ HWY_NOINLINE inline void keep_first(std::vector<Hit>& hits, std::size_t first, s
 template <class Sees>
 HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, std::uint32_t most,
                              HitLists& lists, Sees sees) {
-    const RayStream stream = stream_of_one(ray, crossing);
+    const OneRayStream stream = stream_of_one(ray, crossing);
     const std::size_t first = lists.hits.size();
     // So that a list that is full costs little: twice as many are kept before the rest is dropped.
     const std::size_t room = 2 * std::size_t{most} + 16;
@@ -213,7 +213,7 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, 
 
 /// The first hit after the cursor of a ray whose main axis is kAxis.
 template <int kAxis, class Sees>
-HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const HitCursor& after,
+HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const auto& stream, const HitCursor& after,
                                 Sees sees) {
     Hit first = no_hit();
     first.t = stream.tfar[0];
@@ -238,7 +238,7 @@ HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const Hit
                            Sees sees) {
     ray.tnear = std::max(ray.tnear, after.t);
     if (!(ray.tnear <= ray.tfar)) return no_hit();
-    const RayStream stream = stream_of_one(ray, crossing);
+    const OneRayStream stream = stream_of_one(ray, crossing);
     const std::uint32_t axis = stream.axis[0];
     if (axis == 0) return next_hit_along<0>(bvh, stream, after, sees);
     if (axis == 1) return next_hit_along<1>(bvh, stream, after, sees);

@@ -185,27 +185,36 @@ struct CertainRange {
 };
 
 template <class Rays>
-HWY_INLINE CertainRange certain_range(const RayStream& stream, Rays of) {
+HWY_INLINE CertainRange certain_range(const auto& stream, Rays of) {
     return {of(stream.certain_from), of(stream.certain_to), of(stream.certain_beyond)};
+}
+
+/// The lanes whose triangle the ray goes through for certain.
+HWY_INLINE Mask surely_through(const lanes::Edges& e) {
+    return (min3(e.u, e.v, e.w) > e.bound) | (max3(e.u, e.v, e.w) < -e.bound);
 }
 
 /// The lanes in which the rule certainly finds a hit between tnear and tfar, if the vertices are
 /// finite. Of e it takes u, v, w, bound and depth_size, which may hold for a whole leaf.
 HWY_INLINE Mask certain_occluders(const lanes::Edges& e, const DepthSum& depth,
                                   const CertainRange& range) {
-    const Mask inside = (min3(e.u, e.v, e.w) > e.bound) | (max3(e.u, e.v, e.w) < -e.bound);
     const FloatVec slack = kCertainBound * e.bound * e.depth_size;
-    return inside & (neg_mul_add(range.from, depth.s, depth.n) >= slack) &
+    return surely_through(e) & (neg_mul_add(range.from, depth.s, depth.n) >= slack) &
            (mul_sub(range.to, depth.s, depth.n) >= slack);
 }
 
 /// The lanes whose triangle is hit beyond tfar, if at all. Of e it takes bound, as above, and
-/// depth_range.
+/// depth_range. by_bound: kBeyondBound, or own_beyond_bound().
 HWY_INLINE Mask certainly_beyond(const lanes::Edges& e, const DepthSum& depth,
-                                 const CertainRange& range) {
-    const FloatVec slack = kBeyondBound * e.bound * e.depth_range;
+                                 const CertainRange& range, FloatVec by_bound) {
+    const FloatVec slack = by_bound * e.bound * e.depth_range;
     return (neg_mul_add(range.beyond, depth.s, depth.n) >= slack) &
            (depth.s >= kCertainBound * e.bound);
+}
+
+/// For edge functions and bounds that are the rule's own.
+HWY_INLINE FloatVec own_beyond_bound(const lanes::Edges& e) {
+    return select(surely_through(e), splat(kOwnBeyondBound), splat(kBeyondBound));
 }
 
 // More than what underflow takes from the products: 2^-120.
@@ -284,7 +293,7 @@ HWY_INLINE TriangleCorners triangles_of_vector(const Leaf& leaf, std::size_t v) 
 }
 
 /// The lanes of vector v among `hits` that are hits no later than tfar once they are refined.
-HWY_NOINLINE inline Mask refined_in_slots(const RayStream& stream, std::size_t ray, float tfar,
+HWY_NOINLINE inline Mask refined_in_slots(const auto& stream, std::size_t ray, float tfar,
                                           const Leaf& leaf, std::size_t v, const lanes::Edges& e,
                                           Mask hits, lanes::TriangleHit& hit) {
     return refined_in_range(sheared(stream, OneRay{ray}), e,
@@ -308,7 +317,7 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
 
 /// The exact path for the triangles that are uncertain, as bits.
 template <class Visit>
-HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
+HWY_NOINLINE bool intersect_leaf_exactly(const auto& stream, std::size_t ray, float tfar,
                                          const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
     const lanes::ShearedRay s = sheared(stream, OneRay{ray});
     const HitRange range = {splat(stream.tnear[ray]), splat(tfar), stream.crossing};
@@ -326,9 +335,8 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
 /// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
 /// ray may hit, until it returns true; whether it did.
 template <class Test>
-HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
-                                    const lanes::ShearedRay& s, const LeafLanes& vertices,
-                                    Test test) {
+HWY_INLINE bool any_possible_vector(const auto& stream, std::size_t ray, const lanes::ShearedRay& s,
+                                    const LeafLanes& vertices, Test test) {
     const LeafPoints points(vertices, [&](const lanes::Float3& v)
                                           HWY_ATTR { return lanes::project_rotated_fast(s, v); });
     const DepthlessBound<FloatVec> bound{splat(stream.bound_linear[ray]),
@@ -365,7 +373,7 @@ struct FilteredHits {
 
 /// The triangles among `possible` that the fast path finds hit no later than tfar, those whose hit
 /// is rough, and those that it leaves to the exact path.
-HWY_INLINE FilteredHits filtered_hits(const RayStream& stream, std::size_t ray, float tfar,
+HWY_INLINE FilteredHits filtered_hits(const auto& stream, std::size_t ray, float tfar,
                                       const lanes::ShearedRay& s, const FilteredTriangles& t,
                                       Mask possible, lanes::TriangleHit& hit) {
     const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
@@ -380,7 +388,7 @@ HWY_INLINE FilteredHits filtered_hits(const RayStream& stream, std::size_t ray, 
 
 /// filtered_hits() up to the ray's tfar, with rough hits refined. Few leaves need it; inlined, it
 /// would spill registers in the loop over leaves.
-HWY_NOINLINE inline FilteredHits filtered_occluders(const RayStream& stream, std::size_t ray,
+HWY_NOINLINE inline FilteredHits filtered_occluders(const auto& stream, std::size_t ray,
                                                     const Leaf& leaf, std::size_t v,
                                                     const FilteredTriangles& t, Mask possible) {
     lanes::TriangleHit hit;
@@ -398,8 +406,8 @@ HWY_NOINLINE inline FilteredHits filtered_occluders(const RayStream& stream, std
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
 template <int kAxis = kAnyAxis, class Visit>
-HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
-                               const Leaf& leaf, Visit visit) {
+HWY_INLINE bool intersect_leaf(const auto& stream, std::size_t ray, float tfar, const Leaf& leaf,
+                               Visit visit) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared(stream, OneRay{ray});
     std::uint32_t uncertain = 0;
@@ -424,7 +432,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
 }
 
 template <int kAxis = kAnyAxis>
-HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
+HWY_INLINE bool occluded_by_leaf(const auto& stream, std::size_t ray, const Leaf& leaf) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
     const CertainRange range = certain_range(stream, OneRay{ray});
     std::uint32_t uncertain = 0;
@@ -432,7 +440,8 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
                                  const DepthSum& mean, Mask possible) HWY_ATTR {
         const Mask certain = certain_occluders(t.edges, mean, range) & possible;
         if (!none(certain) && !none(certain & finite_lanes(vertices, at))) return true;
-        possible = and_not(certainly_beyond(t.edges, mean, range), possible);
+        possible =
+            and_not(certainly_beyond(t.edges, mean, range, own_beyond_bound(t.edges)), possible);
         if (none(possible)) return false;
         // A copy, so that `t` itself need not be in memory.
         const FilteredTriangles copy = t;
@@ -552,7 +561,7 @@ struct alignas(64) ClosestHits {
 /// The closest hit of a ray in a leaf: lanes are triangles. kAxis is the ray's main axis, or
 /// kAnyAxis.
 template <int kAxis = kAnyAxis>
-HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, const Leaf& leaf,
+HWY_INLINE void intersect_leaf_alone(const auto& stream, std::size_t ray, const Leaf& leaf,
                                      ClosestHits& closest) {
     intersect_leaf<kAxis>(stream, ray, closest.t[ray], leaf,
                           [&](std::uint32_t slot, const TriangleHit& hit) {
@@ -739,8 +748,8 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
                     bits_of(certain_occluders(e, depth, range)) & possible;
                 hits |= std::uint64_t{certain} << first;
                 left &= ~certain;
-                possible &= ~certain & bits_of(and_not(certainly_beyond(e, depth, range),
-                                                       may_be_ahead(e, depth)));
+                const Mask beyond = certainly_beyond(e, depth, range, splat(kBeyondBound));
+                possible &= ~certain & bits_of(and_not(beyond, may_be_ahead(e, depth)));
                 if (possible == 0) continue;
             }
             if (has_equal_corners(leaf, i)) continue;

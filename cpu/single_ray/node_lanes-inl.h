@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu::HWY_NAMESPACE {
 
 /// Where a ray enters a node's boxes from `slot` on, on an axis.
-HWY_INLINE FloatVec enter_on_axis(const RayStream& stream, std::size_t ray, const Node& node,
+HWY_INLINE FloatVec enter_on_axis(const auto& stream, std::size_t ray, const Node& node,
                                   std::size_t slot, std::uint32_t axis) {
     return mul_sub(planes_of(node, stream.near_offset[axis][ray], slot),
                    splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
@@ -28,8 +28,8 @@ struct BoxTimes {
 };
 
 /// The times for a node's boxes from `slot` on, up to last_entry() of `last`.
-HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float last,
-                              const Node& node, std::size_t slot) {
+HWY_INLINE BoxTimes box_times(const auto& stream, std::size_t ray, float last, const Node& node,
+                              std::size_t slot) {
     const FloatVec end = splat(last_entry(stream.depth_margin[ray], last));
     FloatVec enter[3], leave[3];
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -44,7 +44,7 @@ HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float la
 }
 
 /// The slots whose boxes the ray meets up to tfar, as bits.
-HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, const Node& node) {
+HWY_INLINE std::uint32_t met_slots(const auto& stream, std::size_t ray, const Node& node) {
     return bits_of_sixteen([&](std::size_t slot) HWY_ATTR {
         const BoxTimes times = box_times(stream, ray, stream.last_depth[ray], node, slot);
         return times.enter <= times.leave;
@@ -54,7 +54,7 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, con
 /// The slots whose boxes the ray meets with a least depth of `last` or less, as bits, and the least
 /// depths of all boxes. kAxis is the ray's main axis, or kAnyAxis.
 template <int kAxis = kAnyAxis>
-HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, float last,
+HWY_INLINE std::uint32_t near_slots(const auto& stream, std::size_t ray, float last,
                                     const Node& node, FloatVec* HWY_RESTRICT t_least) {
     const FloatVec margin = splat(stream.depth_margin[ray]);
     std::uint32_t slots = 0;

@@ -29,30 +29,32 @@ inline constexpr std::size_t kStreamRays = 64;
 inline constexpr int kAnyAxis = -1;
 
 /// Some rays as the slab test and the hit rule take them.
-struct alignas(64) RayStream {
+template <std::size_t kRays>
+struct alignas(64) RaysOfStream {
     // The line is in a slab between a near and a far plane, dilated and prolonged (prepare_slab),
     // between t = near * rdir - k_near and t = far * rdir_far - k_far. The sign of rdir tells which
     // of a node's planes are the near ones; near_offset is their plane_offset().
-    float rdir[3][kStreamRays], rdir_far[3][kStreamRays];
-    float k_near[3][kStreamRays], k_far[3][kStreamRays];
-    std::uint32_t near_offset[3][kStreamRays];
-    float tnear[kStreamRays], tfar[kStreamRays], least_dilation[kStreamRays];
-    float depth_margin[kStreamRays];
-    float last_depth[kStreamRays];  // of tfar
-    float org[3][kStreamRays], dir[3][kStreamRays];
+    float rdir[3][kRays], rdir_far[3][kRays];
+    float k_near[3][kRays], k_far[3][kRays];
+    std::uint32_t near_offset[3][kRays];
+    float tnear[kRays], tfar[kRays], least_dilation[kRays];
+    float depth_margin[kRays];
+    float last_depth[kRays];  // of tfar
+    float org[3][kRays], dir[3][kRays];
     // With the bits of shear_ray.
-    std::uint32_t axis[kStreamRays];
-    float sheared_org[3][kStreamRays], sheared_dir[3][kStreamRays], depth_slack[kStreamRays];
+    std::uint32_t axis[kRays];
+    float sheared_org[3][kRays], sheared_dir[3][kRays], depth_slack[kRays];
     // depthless_bound()
-    float bound_linear[kStreamRays], bound_constant[kStreamRays];
+    float bound_linear[kRays], bound_constant[kRays];
     // dir.x / dir.z and dir.y / dir.z of sheared_dir, to some ulp.
-    float slope[2][kStreamRays];
+    float slope[2][kRays];
     // The |z| relative to the origin between which a triangle is certainly in range
     // (cpu/single_ray/leaf-inl.h), none if certain_to is negative; and from which on it is
     // certainly beyond tfar.
-    float certain_from[kStreamRays], certain_to[kStreamRays], certain_beyond[kStreamRays];
+    float certain_from[kRays], certain_to[kRays], certain_beyond[kRays];
     Crossing crossing = Crossing::kEach;
 };
+using RayStream = RaysOfStream<kStreamRays>;
 
 inline constexpr float kStreamDilation = HWY_NATIVE_FMA ? kFusedDilation : kUnfusedDilation;
 inline constexpr float kStreamRounding = HWY_NATIVE_FMA ? kFusedSlabRounding : kSlabRounding;
@@ -219,9 +221,9 @@ struct OneRay {
 };
 
 /// Rays, RaysFrom or OneRay, as the rule takes them.
-template <class Rays>
-HWY_INLINE lanes::ShearedRay sheared(const RayStream& stream, Rays of) {
-    const auto vector = [&](const float(*values)[kStreamRays]) HWY_ATTR {
+template <class Stream, class Rays>
+HWY_INLINE lanes::ShearedRay sheared(const Stream& stream, Rays of) {
+    const auto vector = [&](const auto* values) HWY_ATTR {
         return lanes::Float3(of(values[0]), of(values[1]), of(values[2]));
     };
     lanes::ShearedRay s;

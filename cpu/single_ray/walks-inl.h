@@ -129,7 +129,7 @@ inline constexpr auto kSkipsNone = [](const Node&) { return false; };
 /// Visits the leaves that a ray with main axis kAxis meets, with their least depths, as above.
 /// Nodes with skips(node) are left out.
 template <int kAxis, class VisitLeaf, class Skips = decltype(kSkipsNone)>
-HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const auto& stream, std::size_t ray,
                                    const float& depth, VisitLeaf visit_leaf,
                                    Skips skips = kSkipsNone) {
     const auto near = [&](const Node& node, float* HWY_RESTRICT t_least) HWY_ATTR {
@@ -205,13 +205,15 @@ HWY_INLINE void traverse_together(const Bvh& bvh, const RayStream& stream, std::
 // ---- One ray by itself: prepared without vectors, because a vector of one ray takes as long as
 // a full one, and traced one node after the other.
 
+using OneRayStream = RaysOfStream<1>;
+
 /// a * b + c as mul_add() rounds it.
 HWY_INLINE float mul_add_one(float a, float b, float c) {
     return HWY_NATIVE_FMA ? __builtin_fmaf(a, b, c) : a * b + c;
 }
 
 /// prepare_slab() for ray 0 of a stream.
-HWY_INLINE void prepare_slab_of_one(RayStream& stream, std::uint32_t axis, float org, float dir,
+HWY_INLINE void prepare_slab_of_one(OneRayStream& stream, std::uint32_t axis, float org, float dir,
                                     float least) {
     const float rdir = dir == 0 ? kHugeReciprocal : 1.0f / dir;
     const float rdir_far = rdir * kStreamRounding;
@@ -226,8 +228,8 @@ HWY_INLINE void prepare_slab_of_one(RayStream& stream, std::uint32_t axis, float
 
 /// A stream of one ray with what closest hits need, with the bits of prepare_rays(). Only vectors
 /// of rays need org, dir and the slopes.
-HWY_INLINE RayStream stream_of_one(const Ray& ray, Crossing crossing = Crossing::kEach) {
-    RayStream stream;
+HWY_INLINE OneRayStream stream_of_one(const Ray& ray, Crossing crossing = Crossing::kEach) {
+    OneRayStream stream;
     stream.crossing = crossing;
     const float least = mray::least_dilation(ray.org);
     for (std::uint32_t axis = 0; axis < 3; ++axis)
@@ -255,7 +257,7 @@ HWY_INLINE RayStream stream_of_one(const Ray& ray, Crossing crossing = Crossing:
 }
 
 /// prepare_range() for such a ray.
-HWY_INLINE void prepare_range_of_one(RayStream& stream, const Ray& ray) {
+HWY_INLINE void prepare_range_of_one(OneRayStream& stream, const Ray& ray) {
     const float size = mray::extent_of_rays(ray.org);
     const float margin = kCertainDepth * size;
     const float dz = std::abs(stream.sheared_dir[2][0]);
@@ -267,14 +269,14 @@ HWY_INLINE void prepare_range_of_one(RayStream& stream, const Ray& ray) {
 }
 
 template <int kAxis>
-HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const auto& stream, std::size_t ray,
                                       ClosestHits& closest) {
     for_each_near_leaf<kAxis>(bvh, stream, ray, closest.last[ray], [&](const Leaf& leaf) HWY_ATTR {
         intersect_leaf_alone<kAxis>(stream, ray, leaf, closest);
     });
 }
 
-HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+HWY_INLINE void intersect_ray(const Bvh& bvh, const auto& stream, std::size_t ray,
                               ClosestHits& closest) {
     const std::uint32_t axis = stream.axis[ray];
     if (axis == 0) return intersect_ray_along<0>(bvh, stream, ray, closest);
@@ -283,7 +285,7 @@ HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size
 }
 
 HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
-    const RayStream stream = stream_of_one(ray);
+    const OneRayStream stream = stream_of_one(ray);
     ClosestHits closest;
     closest.t[0] = ray.tfar;
     closest.last[0] = stream.last_depth[0];
@@ -294,7 +296,7 @@ HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
 }
 
 template <int kAxis>
-HWY_NOINLINE bool occluded_along(const Bvh& bvh, const RayStream& stream) {
+HWY_NOINLINE bool occluded_along(const Bvh& bvh, const auto& stream) {
     const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
     return !for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
         return !occluded_by_leaf<kAxis>(stream, 0, leaf);
@@ -302,7 +304,7 @@ HWY_NOINLINE bool occluded_along(const Bvh& bvh, const RayStream& stream) {
 }
 
 HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
-    RayStream stream = stream_of_one(ray);
+    OneRayStream stream = stream_of_one(ray);
     prepare_range_of_one(stream, ray);
     if (stream.axis[0] == 0) return occluded_along<0>(bvh, stream);
     if (stream.axis[0] == 1) return occluded_along<1>(bvh, stream);

@@ -3,7 +3,8 @@
 #   bounds       certain_occluders: where |e| > bound, from s + kCertainBound bound Z <= n <= to s -
 #                kCertainBound bound Z, the rule finds a hit with 2^-18 X to spare at both ends of the range
 #                certainly_beyond: where s >= kCertainBound bound and beyond s + kBeyondBound bound R <= n,
-#                the rule's hit, if any, is beyond tfar
+#                the rule's hit, if any, is beyond tfar; kOwnBeyondBound serves where the functions are
+#                the rule's own and all |e| > bound have one sign
 #   code         certain_occluders, certainly_beyond, rays_hitting, occluded_by_leaf
 #                (cpu/single_ray/leaf-inl.h), prepare_range (cpu/single_ray/ray_stream-inl.h)
 #   inputs       e: the error of a rounding; X = max(kSceneExtent, |org|) <= kCertainOrigin; Z <= 2.001 X the
@@ -13,7 +14,7 @@
 #                s <= 3 M^2, so that M >= c r; e s covers what underflows
 #
 # step 0.5: kCertainBound kCertainDepth
-# step 0.9: kBeyondBound kBeyondDepth
+# step 0.9: kBeyondBound kBeyondDepth kOwnBeyondBound
 
 ## lemma: n by three roundings of each term; s by two, from s and to s by one more, and the difference by
 # one that keeps its sign
@@ -37,6 +38,10 @@ ends = (4 + 0x1p-15) * (3.001 + 2.001) * e;
 c = @kCertainBound@ * (1 - 16 * e);
 { 1.27 - (1 + 1 / 8) * (1 + 1 / 8) * (1 + 0x1p-10) >= 0
   /\ @kBeyondBound@ * (1 - 16 * e) - (2 + 2 * 1.27 * (1 + 16 * e) / (1 - (3 + 3 * 1.27) / c)) >= 0 }
+
+## lemma: kOwnBeyondBound: the mean by 2 R, pairs by a sixteenth of the hit's error, 6 B R / S, B <= bound
+c = @kCertainBound@ * (1 - 16 * e);
+{ @kOwnBeyondBound@ * (1 - 16 * e) - (2 + 6 / 16 * (1 + 16 * e) / (1 - 3 / c)) >= 0 }
 
 ## lemma: kCertainBound: the mean by 4; the rule's fast functions and the sign of z by 2 B range / S each
 c = @kCertainBound@ * (1 - 16 * e);

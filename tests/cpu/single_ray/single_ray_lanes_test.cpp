@@ -12,6 +12,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/slab.h"
 #include "common/simd/simd_target.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/cpu/single_ray/single_ray_answers.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
@@ -78,7 +79,7 @@ Certainty certainty_of(const RayStream& stream, std::size_t ray, vec3 a, vec3 b,
     const DepthSum depth = depth_sum(e, pa.z, pb.z, pc.z, s.dir.z);
     const CertainRange range = certain_range(stream, OneRay{ray});
     return {finite_vertices(a, b, c) && !none(certain_occluders(e, depth, range)),
-            !none(certainly_beyond(e, depth, range))};
+            !none(certainly_beyond(e, depth, range, own_beyond_bound(e)))};
 }
 
 /// Sizes and depths of triangles whose edge_bound() is above the bound that asks for no depth.
@@ -368,6 +369,18 @@ std::vector<Ray> rays_off_surfaces(const TestScene& scene, std::size_t count, st
     return rays;
 }
 
+/// Ends a ray just before a triangle of the leaf that it hits, as shadow rays end.
+void end_before_hit(const Leaf& leaf, int gap_exponent, Ray& ray) {
+    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    float end = ray.tfar;
+    for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t) {
+        TriangleHit hit;
+        if (intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit))
+            end = hit.t - std::ldexp(hit.t, gap_exponent);
+    });
+    ray.tfar = end;
+}
+
 TEST(LeafTest, HasTheHitsOfTheScalarRule) {
     std::size_t hits = 0, certain = 0, beyond = 0;
     for (const NamedScene& named : adversarial_scenes()) {
@@ -383,6 +396,9 @@ TEST(LeafTest, HasTheHitsOfTheScalarRule) {
                         ray.tfar = static_cast<float>(random.real(0, 1) * kSceneExtent);
                         ray.tnear = ray.tfar * static_cast<float>(random.real(0, 1));
                     }
+                    if (random.below(4) != 0)
+                        end_before_hit(bvh.leaves[leaf], -10 - static_cast<int>(random.below(14)),
+                                       ray);
                 }
                 const std::uint64_t all = ~std::uint64_t{0} >> (64 - rays.size());
                 const std::uint64_t asked = seed % 3 == 0 ? all : random.bits() & all;
