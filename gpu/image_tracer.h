@@ -15,7 +15,7 @@ class Pace {
 public:
     explicit Pace(std::uint32_t first) : amount_(first) {}
 
-    /// The amount for the next submission, from 1 to `most`, which it is if nobody may cancel.
+    /// The amount for the next submission, from 1 to `most`; `most` if nobody can cancel.
     std::uint32_t next(std::uint32_t most, const Watch& watch) const {
         return watch.can_cancel() ? std::clamp(amount_, 1u, most) : most;
     }

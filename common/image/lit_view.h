@@ -11,7 +11,7 @@ namespace mray {
 
 /// kPlain: each sample has the colour of an ordinary image.
 enum class LitKind : std::uint32_t { kPlain, kLit, kNormal, kDepth, kPrim };
-static_assert(kLitPrim == static_cast<std::uint32_t>(LitKind::kPrim), "in this order, too");
+static_assert(kLitPrim == static_cast<std::uint32_t>(LitKind::kPrim), "as in shading.h");
 
 /// A view, whose pixels have side * side samples each; the camera, width and height of `params` are
 /// those of the samples.

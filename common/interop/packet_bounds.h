@@ -138,9 +138,9 @@ SHARED_CONST float kCertainOrigin = 1073741824.0f;
 // times the size of the scene and of the origin. This holds where the sum of the edge functions is
 // at least kCertainBound times their bound.
 SHARED_CONST float kBeyondBound = 5.5f;
-// kBeyondBound where the edge functions are the rule's own and surely have one sign.
-SHARED_CONST float kOwnBeyondBound = 2.5f;
 SHARED_CONST float kBeyondDepth = 7.62939453125e-06f;
+// In place of kBeyondBound where edge functions are the rule's own and surely have one sign.
+SHARED_CONST float kOwnBeyondBound = 2.5f;
 
 SHARED_END
 

@@ -18,7 +18,7 @@ SHARED_CONST float kUnlitIntensity = 0.125f;
 SHARED_CONST uint kShadowCatcherBit = 0x01000000u;
 // Another bit: the triangle has a texture.
 SHARED_CONST uint kTexturedBit = 0x02000000u;
-// How an image shows hits: as shade(), lit_sample() or false_colour() does.
+// Kinds of images: plain ones by shade(), lit ones by lit_sample(), others by false_colour().
 SHARED_CONST uint kLitPlain = 0u;
 SHARED_CONST uint kLitLit = 1u;
 SHARED_CONST uint kLitNormal = 2u;

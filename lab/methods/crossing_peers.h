@@ -10,7 +10,7 @@ namespace mray::lab {
 
 struct CrossingPeer {
     std::string name;
-    /// Whether the pairs are those that morphray finds, where no two vertices lie at one place.
+    /// True if it finds the pairs of morphray in meshes whose vertices have different places.
     bool is_exact;
     /// Counts the pairs at these positions, in one thread. The tree of CGAL is new each time, that
     /// of FCL is refitted.

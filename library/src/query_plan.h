@@ -144,7 +144,7 @@ private:
 
     SceneImpl& scene_;
     const QueryOptions& options_;
-    /// Whether a query may leave out several triangles.
+    /// True if a query can leave out several triangles.
     bool hides_meshes_ = false;
     /// SceneImpl::meshes_of_subtrees(), or empty.
     std::span<const std::uint32_t> meshes_;

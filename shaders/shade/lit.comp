@@ -29,7 +29,7 @@ float open_of(uvec2 at, ShownHit s) {
     for (uint k = 0u; k < kAoSquareSide * kAoSquareSide; ++k) {
         uvec2 way = uvec2(k % kAoSquareSide, k / kAoSquareSide);
         uvec2 other = first + way;
-        // Those before the first one are large numbers.
+        // Coordinates before the first sample wrap to large numbers.
         if (other.x >= args.width || other.y >= args.height) continue;
         uint index = index_of(other);
         vec4 surface = uintBitsToFloat(AT4(surfaces, index));
